@@ -1,0 +1,2 @@
+//! The `dose3` program.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Readers, windows and representations for sequences of 3-D poses.

@@ -1,0 +1,1 @@
+//! Out-of-distribution statistics, densities, calibration and metrics.

@@ -1,0 +1,2 @@
+//! Tasks of the DOSE3 workspace.
+fn main() {}
