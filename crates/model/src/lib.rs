@@ -1,1 +1,17 @@
-//! The 1-D UNet noise estimator of DOSE3: configuration, parameter layout, safetensors, and its burn implementation.
+#![doc = include_str!("../README.md")]
+
+mod config;
+mod error;
+mod layout;
+mod noise_model;
+mod parameters;
+mod time_features;
+mod weights;
+
+pub use config::{PairConfig, UNetConfig};
+pub use error::ModelError;
+pub use layout::{Init, ParameterLayout, ParameterSpec};
+pub use noise_model::{Input, LossGradient, NoiseModel};
+pub use parameters::{PairParameters, Parameters, check_count, check_values};
+pub use time_features::{sinusoidal, sinusoidal_into};
+pub use weights::{CONFIG_KEY, Precision};
