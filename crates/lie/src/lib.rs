@@ -1,14 +1,20 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod angle_table;
 mod coefficients;
+mod heat_kernel;
+pub mod igso3;
 pub mod pose;
 pub mod project;
 pub mod se3;
 pub mod so3;
+pub mod wrapped_normal;
 
+pub use igso3::{IgSo3, SigmaError};
 pub use pose::Pose;
 pub use project::{Projected, ProjectionError};
+pub use wrapped_normal::WrappedNormal;
 
 /// A rotation, stored as its 3x3 matrix.
 pub type Rotation = nalgebra::Rotation3<f64>;

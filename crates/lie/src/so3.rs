@@ -25,8 +25,8 @@ pub fn vee(m: &Matrix) -> Vector {
 
 /// Rotation about the direction of `tangent` by its norm in radians (Rodrigues' formula).
 ///
-/// Defined for every finite vector; norms above pi wrap around. A rotation vector is known only to
-/// about `norm * 1e-16` radians, so wrapping costs digits in proportion to the norm.
+/// Norms above pi wrap around. A rotation vector is known only to about `norm * 1e-16` radians, so wrapping
+/// costs digits in proportion to the norm; above 1e154, where the norm overflows, the result is NaN.
 ///
 /// ```
 /// use dose3_lie::{Vector, so3};
