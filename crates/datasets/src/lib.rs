@@ -1,1 +1,32 @@
-//! Readers, windows and representations for sequences of 3-D poses.
+#![doc = include_str!("../README.md")]
+
+mod detect;
+mod error;
+mod format;
+mod load;
+mod naming;
+mod options;
+mod read;
+mod report;
+mod represent;
+mod resample;
+mod split;
+mod stretch;
+pub mod synthetic;
+mod trajectory;
+mod window;
+pub mod write;
+
+pub use detect::detect;
+pub use error::{Error, InputError, Place};
+pub use format::{Format, Frame, Rate, RateSource};
+pub use load::{Survey, discover, load, load_all, survey};
+pub use naming::group_logs;
+pub use options::LoadOptions;
+pub use report::LoadReport;
+pub use represent::{Kind, Representation, Scaling, WindowTensor};
+pub use resample::resample;
+pub use split::{Split, folds, leave_one_out, split_by_log};
+pub use stretch::stretches;
+pub use trajectory::Trajectory;
+pub use window::{Window, windows, windows_of_each};

@@ -1,0 +1,238 @@
+//! IROS20 6-D pose tracking (Wen et al. 2020): object poses in a camera frame, as one stream of `.npy` arrays
+//! or as a folder with one 4x4 text file per frame.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dose3_lie::{Matrix, Pose};
+
+use super::collect::{Collector, nominal_stamp, pose};
+use super::npy::{Array, NpyFault};
+use super::table::{Row, check_coordinate};
+use super::text::Text;
+use crate::error::Place;
+use crate::{Error, Format, LoadOptions, LoadReport, Trajectory};
+
+const NOMINAL_HERTZ: f64 = 30.0;
+/// Largest deviation of the last row from (0, 0, 0, 1).
+const LAST_ROW_TOLERANCE: f64 = 1e-6;
+
+/// Reads arrays of shape (4, 4) or (n, 4, 4) until the end of the file.
+pub(crate) fn read_stream(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
+    let bytes = fs::read(path).map_err(|source| Error::io(path, source))?;
+    let mut collector = Collector::new(path, options);
+    if bytes.is_empty() {
+        return Err(Error::input(
+            path,
+            Place::File,
+            "poses",
+            "an empty file",
+            "the recording may have failed",
+        ));
+    }
+    let mut stream = bytes.as_slice();
+    let mut count = 0;
+    while !stream.is_empty() {
+        let place = Place::Array(count);
+        let array = match Array::next(&mut stream) {
+            Ok(array) => array,
+            Err(NpyFault::Truncated) if count > 0 => {
+                collector.report.truncated_tail += 1;
+                break;
+            }
+            Err(fault) => return Err(npy_error(path, place, fault)),
+        };
+        match *array.shape() {
+            [4, 4] => push(&mut collector, path, place, |row, column| {
+                array.get(&[row, column])
+            })?,
+            [poses, 4, 4] => {
+                for index in 0..poses {
+                    push(&mut collector, path, place, |row, column| {
+                        array.get(&[index, row, column])
+                    })?;
+                }
+            }
+            _ => {
+                let hint = "a pose is a 4x4 matrix; other shapes have to be converted first";
+                let found = format!("the shape {:?}", array.shape());
+                return Err(Error::input(
+                    path,
+                    place,
+                    "an array of shape (4, 4) or (n, 4, 4)",
+                    found,
+                    hint,
+                ));
+            }
+        }
+        count += 1;
+    }
+    collector.finish_nominal(Format::Iros20, NOMINAL_HERTZ)
+}
+
+fn npy_error(path: &Path, place: Place, fault: NpyFault) -> Error {
+    match fault {
+        NpyFault::Truncated => Error::input(
+            path,
+            place,
+            "a whole array",
+            "the end of the file",
+            "the file is cut off; copy it again",
+        ),
+        NpyFault::NotNpy(found) => Error::input(
+            path,
+            place,
+            "a numpy array",
+            found,
+            "is this the right file and format?",
+        ),
+        NpyFault::Dtype(found) => Error::input(
+            path,
+            place,
+            "numbers of dtype f4 or f8",
+            format!("dtype `{found}`"),
+            "save the poses with numpy as float32 or float64",
+        ),
+    }
+}
+
+/// Takes the next pose of a log without stamps.
+fn push(
+    collector: &mut Collector<'_>,
+    path: &Path,
+    place: Place,
+    entry: impl Fn(usize, usize) -> f64,
+) -> Result<(), Error> {
+    let pose = pose_from_matrix(collector, path, place, entry)?;
+    collector.push(place, nominal_stamp(collector.len(), NOMINAL_HERTZ), pose)
+}
+
+/// Checks a 4x4 matrix and takes it apart.
+fn pose_from_matrix(
+    collector: &mut Collector<'_>,
+    path: &Path,
+    place: Place,
+    entry: impl Fn(usize, usize) -> f64,
+) -> Result<Pose, Error> {
+    let matrix = nalgebra::Matrix4::from_fn(entry);
+    if matrix.iter().any(|value| !value.is_finite()) {
+        let hint = "remove the poses without a value";
+        return Err(Error::input(
+            path,
+            place,
+            "finite numbers",
+            "NaN or infinity",
+            hint,
+        ));
+    }
+    let last = matrix.row(3);
+    let off = (last - nalgebra::RowVector4::new(0.0, 0.0, 0.0, 1.0)).amax();
+    if off > LAST_ROW_TOLERANCE {
+        let found = format!("{} {} {} {}", last[0], last[1], last[2], last[3]);
+        let hint = "is the matrix transposed?";
+        return Err(Error::input(
+            path,
+            place,
+            "0 0 0 1 as the last row of the matrix",
+            found,
+            hint,
+        ));
+    }
+    let translation: [f64; 3] = std::array::from_fn(|row| matrix[(row, 3)]);
+    for value in translation {
+        check_coordinate(path, place, value)?;
+    }
+    let rotation = Matrix::from_fn(|row, column| matrix[(row, column)]);
+    Ok(pose(collector.rotation(place, &rotation)?, translation))
+}
+
+/// Reads a folder with one text file per frame, named by the frame's number.
+///
+/// Missing numbers stay empty places in time at the nominal rate and are counted.
+pub(crate) fn read_folder(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
+    let frames = frame_files(path)?;
+    let mut collector = Collector::new(path, options);
+    let Some(first) = frames.first().map(|(number, _)| *number) else {
+        let hint = "the poses are in files like annotated_poses/0000000.txt";
+        return Err(Error::input(
+            path,
+            Place::File,
+            "one text file per pose",
+            "none",
+            hint,
+        ));
+    };
+    let mut next = first;
+    for (number, file) in &frames {
+        // Two names of one number, like 1.txt and 0000001.txt, meet in the check of repeated stamps.
+        collector.report.missing_frames += (number.saturating_sub(next)) as usize;
+        next = number + 1;
+        let mut report = LoadReport::default();
+        let values = read_matrix(file, &mut report)?;
+        collector.report.byte_order_mark |= report.byte_order_mark;
+        collector.report.crlf_lines += report.crlf_lines;
+        collector.report.blank_lines += report.blank_lines;
+        let pose = pose_from_matrix(&mut collector, file, Place::File, |row, column| {
+            values[4 * row + column]
+        })?;
+        collector.push(
+            Place::File,
+            nominal_stamp((number - first) as usize, NOMINAL_HERTZ),
+            pose,
+        )?;
+    }
+    collector.finish_nominal(Format::Iros20Poses, NOMINAL_HERTZ)
+}
+
+/// The files of a folder whose name is a number, with that number, in its order.
+pub(crate) fn frame_files(folder: &Path) -> Result<Vec<(u64, PathBuf)>, Error> {
+    let entries = fs::read_dir(folder).map_err(|source| Error::io(folder, source))?;
+    let mut files = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|source| Error::io(folder, source))?.path();
+        // At most nine digits: the stamps made from larger ones would leave the range of time.
+        let number = path
+            .file_stem()
+            .and_then(|stem| stem.to_str())
+            .filter(|stem| stem.len() <= 9 && stem.bytes().all(|byte| byte.is_ascii_digit()))
+            .and_then(|stem| stem.parse().ok());
+        if let Some(number) = number
+            && path.extension().is_some_and(|extension| extension == "txt")
+        {
+            files.push((number, path));
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+/// Reads the 16 numbers of one text file, four a line.
+fn read_matrix(path: &Path, report: &mut LoadReport) -> Result<[f64; 16], Error> {
+    let text = Text::read(path, report)?;
+    let mut values = [0.0; 16];
+    let mut rows = 0;
+    for line in text.lines() {
+        let row = Row::spaces(path, &line);
+        if row.len() != 4 || rows == 4 {
+            return Err(row.wrong_length(
+                "four lines of 4 numbers",
+                "the file of one pose is a 4x4 matrix",
+            ));
+        }
+        for column in 0..4 {
+            values[4 * rows + column] = row.number(column, "the matrix")?;
+        }
+        rows += 1;
+    }
+    if rows != 4 {
+        let hint = "the file is cut off; remove it and the frame is counted as missing";
+        return Err(Error::input(
+            path,
+            Place::File,
+            "four lines of 4 numbers",
+            format!("{rows} lines"),
+            hint,
+        ));
+    }
+    Ok(values)
+}

@@ -1,0 +1,186 @@
+//! Oxford RobotCar: INS and RTK poses, and visual odometry as relative poses, columns by header name.
+//!
+//! World: UTM north, east, down in metres. Body: forward, right, down. `R = Rz(yaw) Ry(pitch) Rx(roll)` in
+//! radians, as in the data set's development kit (Maddern et al. 2017).
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use dose3_lie::Pose;
+
+use super::collect::{Collector, euler_rotation, pose};
+use super::table::{Row, StampUnit, shorten};
+use super::text::Text;
+use crate::error::Place;
+use crate::{Error, Format, LoadOptions, Trajectory};
+
+/// Two turns: larger angles are degrees, not radians.
+const LARGEST_ANGLE: f64 = 4.0 * std::f64::consts::PI;
+
+pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
+    let mut collector = Collector::new(path, options);
+    let text = Text::read(path, &mut collector.report)?;
+    let mut lines = text.lines();
+    let header = lines
+        .next()
+        .map(|line| (line.number, line.text))
+        .unwrap_or((1, ""));
+    let columns = Columns::new(path, header.0, header.1);
+    let relative = columns.index.contains_key("source_timestamp");
+    let reader = if relative {
+        Reader::relative(&columns)?
+    } else {
+        Reader::absolute(&columns)?
+    };
+    for line in lines {
+        let row = Row::commas(path, &line);
+        if row.is_cut_off(columns.count) {
+            collector.report.truncated_tail += 1;
+            continue;
+        }
+        if row.len() != columns.count {
+            let expected = format!("{} fields as in the header", columns.count);
+            return Err(row.wrong_length(expected, "the line is cut off or two lines ran together"));
+        }
+        let stamp = row.stamp(reader.stamps[0], StampUnit::Microseconds)?;
+        let value = reader.pose(path, &row)?;
+        if relative {
+            let other = row.stamp(reader.stamps[1], StampUnit::Microseconds)?;
+            chain(
+                &mut collector,
+                row.place(),
+                stamp.min(other),
+                stamp.max(other),
+                value,
+            )?;
+        } else {
+            collector.push(row.place(), stamp, value)?;
+        }
+    }
+    collector.finish(Format::RobotCar)
+}
+
+/// Appends a relative pose: `T(later) = T(earlier) * relative`, as the development kit chains them, whichever
+/// of source and destination is the later one.
+fn chain(
+    collector: &mut Collector<'_>,
+    place: Place,
+    earlier: i64,
+    later: i64,
+    relative: Pose,
+) -> Result<(), Error> {
+    let start = match collector.last() {
+        None => {
+            collector.push(place, earlier, Pose::identity())?;
+            Pose::identity()
+        }
+        Some((last, pose)) => {
+            if last < earlier {
+                // The motion between is unknown. The position is carried on, but no window may see the joint.
+                collector.report.chain_breaks += 1;
+                collector.start_stretch();
+                collector.push(place, earlier, pose)?;
+            }
+            pose
+        }
+    };
+    collector.push(place, later, start.compose(&relative))
+}
+
+/// The header.
+struct Columns<'a> {
+    path: &'a Path,
+    line: usize,
+    header: &'a str,
+    index: HashMap<String, usize>,
+    count: usize,
+}
+
+impl<'a> Columns<'a> {
+    fn new(path: &'a Path, line: usize, header: &'a str) -> Self {
+        let names = header
+            .split(',')
+            .map(|name| name.trim().to_ascii_lowercase());
+        let mut index = HashMap::new();
+        for (column, name) in names.enumerate() {
+            index.entry(name).or_insert(column);
+        }
+        Self {
+            path,
+            line,
+            header,
+            index,
+            count: header.split(',').count(),
+        }
+    }
+
+    fn find(&self, name: &str) -> Result<usize, Error> {
+        self.index.get(name).copied().ok_or_else(|| {
+            Error::input(
+                self.path,
+                Place::Line(self.line),
+                format!("a header with the column `{name}`"),
+                format!("`{}`", shorten(self.header)),
+                "RobotCar poses are in gps/ins.csv, gps/rtk.csv and vo/vo.csv; gps/gps.csv has no orientation",
+            )
+        })
+    }
+}
+
+/// Where the numbers of a pose are.
+struct Reader {
+    stamps: [usize; 2],
+    translation: [(usize, &'static str); 3],
+    angles: [(usize, &'static str); 3],
+}
+
+impl Reader {
+    fn absolute(columns: &Columns<'_>) -> Result<Self, Error> {
+        let stamp = columns.find("timestamp")?;
+        Self::new(columns, [stamp, stamp], ["northing", "easting", "down"])
+    }
+
+    fn relative(columns: &Columns<'_>) -> Result<Self, Error> {
+        let stamps = [
+            columns.find("source_timestamp")?,
+            columns.find("destination_timestamp")?,
+        ];
+        Self::new(columns, stamps, ["x", "y", "z"])
+    }
+
+    fn new(
+        columns: &Columns<'_>,
+        stamps: [usize; 2],
+        names: [&'static str; 3],
+    ) -> Result<Self, Error> {
+        let find = |name: &'static str| Ok::<_, Error>((columns.find(name)?, name));
+        let [a, b, c] = names;
+        Ok(Self {
+            stamps,
+            translation: [find(a)?, find(b)?, find(c)?],
+            angles: [find("roll")?, find("pitch")?, find("yaw")?],
+        })
+    }
+
+    fn pose(&self, path: &Path, row: &Row<'_>) -> Result<Pose, Error> {
+        let mut translation = [0.0; 3];
+        for (value, (column, name)) in translation.iter_mut().zip(self.translation) {
+            *value = row.coordinate(column, name)?;
+        }
+        let mut angle = [0.0; 3];
+        for (value, (column, name)) in angle.iter_mut().zip(self.angles) {
+            *value = row.number(column, name)?;
+            if value.abs() > LARGEST_ANGLE {
+                return Err(Error::input(
+                    path,
+                    row.place(),
+                    format!("{name} in radians"),
+                    value.to_string(),
+                    "the angles look like degrees; RobotCar files hold radians",
+                ));
+            }
+        }
+        let [roll, pitch, yaw] = angle;
+        Ok(pose(euler_rotation(roll, pitch, yaw), translation))
+    }
+}

@@ -1,0 +1,95 @@
+//! Bringing a log down to a lower rate.
+
+use dose3_lie::{Pose, se3};
+
+use crate::stretch::stretches;
+use crate::{Error, Rate, Trajectory};
+
+/// A log may be this much slower than asked for: nominal and measured rates differ by a percent or two.
+const RATE_TOLERANCE: f64 = 0.05;
+
+/// The log at `hertz` poses a second, interpolated between neighbours (rotation along the geodesic,
+/// translation straight).
+///
+/// Each gap-free stretch is sampled from its own first stamp on and starts a new stretch of the result, so
+/// nothing is invented across a gap. A log that is slower than `hertz` by up to five percent is resampled all the
+/// same: RobotCar's 20 Hz are 19.9 to 20.1.
+///
+/// # Errors
+/// [`Error::Upsampling`] where the log is slower; [`Error::Parameter`] where `hertz` is not positive and finite
+/// or beyond 1e6.
+///
+/// ```
+/// use dose3_datasets::{resample, synthetic};
+///
+/// let drive = synthetic::trajectory(synthetic::Platform::Vehicle, 1, 101, 20.0);
+/// let slow = resample(&drive, 10.0)?;
+/// assert_eq!(slow.len(), 51);
+/// assert!(resample(&slow, 20.0).is_err());
+/// # Ok::<(), dose3_datasets::Error>(())
+/// ```
+pub fn resample(trajectory: &Trajectory, hertz: f64) -> Result<Trajectory, Error> {
+    if !(hertz > 0.0 && hertz <= 1e6) {
+        let found = hertz.to_string();
+        return Err(Error::Parameter {
+            what: "rate in hertz",
+            expected: "above 0 and at most 1e6",
+            found,
+        });
+    }
+    if hertz > trajectory.rate.hertz * (1.0 + RATE_TOLERANCE) {
+        return Err(Error::Upsampling {
+            name: trajectory.name.clone(),
+            from: trajectory.rate.hertz,
+            to: hertz,
+            hint: "interpolated poses would carry no motion of their own; use a model for the lower rate",
+        });
+    }
+    let period = 1e9 / hertz;
+    let mut result = Trajectory {
+        stamps: Vec::new(),
+        poses: Vec::new(),
+        breaks: Vec::new(),
+        rate: Rate {
+            hertz,
+            source: trajectory.rate.source,
+        },
+        ..trajectory.clone()
+    };
+    for stretch in stretches(trajectory, trajectory.max_gap) {
+        let stamps = &trajectory.stamps[stretch.clone()];
+        let poses = &trajectory.poses[stretch];
+        if !result.poses.is_empty() {
+            result.breaks.push(result.poses.len());
+        }
+        let span = (stamps[stamps.len() - 1] - stamps[0]) as f64;
+        // Half a nanosecond of grace, so that rounding of the stamps does not cost the last pose.
+        let samples = ((span + 0.5) / period) as usize + 1;
+        let mut after = 0;
+        for index in 0..samples {
+            let stamp = stamps[0] + (index as f64 * period).round() as i64;
+            while after + 1 < stamps.len() && stamps[after] < stamp {
+                after += 1;
+            }
+            if result.stamps.last().is_some_and(|last| *last >= stamp) {
+                continue;
+            }
+            result.stamps.push(stamp);
+            result.poses.push(between(stamps, poses, after, stamp));
+        }
+    }
+    if (trajectory.rate.hertz - hertz).abs() > 1e-9 * hertz {
+        result.report.resampled_from = Some(trajectory.rate.hertz);
+    }
+    Ok(result)
+}
+
+/// The pose at `stamp`, where `after` is the first index not before it.
+fn between(stamps: &[i64], poses: &[Pose], after: usize, stamp: i64) -> Pose {
+    if after == 0 || stamps[after] <= stamp {
+        return poses[after];
+    }
+    let before = after - 1;
+    let share = (stamp - stamps[before]) as f64 / (stamps[after] - stamps[before]) as f64;
+    se3::interpolate(&poses[before], &poses[after], share)
+}

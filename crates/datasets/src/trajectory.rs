@@ -1,0 +1,117 @@
+//! One log in memory.
+
+use std::path::PathBuf;
+
+use dose3_lie::Pose;
+use sha2::{Digest, Sha256};
+
+use crate::stretch;
+use crate::{Format, Frame, LoadReport, Rate, RateSource};
+
+/// One log: poses of a body in a fixed world, in order of time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    /// Short name, unique among the logs loaded together: KITTI `00`, RobotCar the traversal.
+    pub name: String,
+    /// Logs of one group stay together in every split (the same video, the same drive). The name, unless known better.
+    pub group: String,
+    /// Where it was read from; empty for synthetic logs.
+    pub path: PathBuf,
+    /// How it was written.
+    pub format: Format,
+    /// What the body's axes are.
+    pub frame: Frame,
+    /// Poses a second.
+    pub rate: Rate,
+    /// Nanoseconds, strictly increasing, one per pose. From an epoch of the data set's own choice.
+    pub stamps: Vec<i64>,
+    /// `T_world_body`, metres, one per stamp, all finite.
+    pub poses: Vec<Pose>,
+    /// Indices of poses that do not continue the pose before, whatever their stamps say. Increasing.
+    pub breaks: Vec<usize>,
+    /// A step longer than this many seconds ends a stretch; `None` is the rule of [`crate::stretches`].
+    pub max_gap: Option<f64>,
+    /// What was repaired while reading.
+    pub report: LoadReport,
+}
+
+impl Trajectory {
+    /// A log from parts, its rate taken from the median step of the stamps; `group` is `name`.
+    ///
+    /// `stamps` must be as many as `poses` and strictly increasing; with fewer than two poses the rate is 1 Hz.
+    pub fn new(
+        name: impl Into<String>,
+        format: Format,
+        frame: Frame,
+        stamps: Vec<i64>,
+        poses: Vec<Pose>,
+    ) -> Self {
+        debug_assert_eq!(stamps.len(), poses.len());
+        debug_assert!(stamps.windows(2).all(|pair| pair[0] < pair[1]));
+        let name = name.into();
+        let hertz = stretch::median_step(&stamps).map_or(1.0, |step| 1.0 / step);
+        Self {
+            group: name.clone(),
+            name,
+            path: PathBuf::new(),
+            format,
+            frame,
+            rate: Rate {
+                hertz,
+                source: RateSource::Stamps,
+            },
+            stamps,
+            poses,
+            breaks: Vec::new(),
+            max_gap: None,
+            report: LoadReport::default(),
+        }
+    }
+
+    /// Number of poses.
+    pub fn len(&self) -> usize {
+        self.poses.len()
+    }
+
+    /// True without any pose.
+    pub fn is_empty(&self) -> bool {
+        self.poses.is_empty()
+    }
+
+    /// Seconds from the first to the last stamp.
+    pub fn duration(&self) -> f64 {
+        match (self.stamps.first(), self.stamps.last()) {
+            (Some(first), Some(last)) => last.saturating_sub(*first) as f64 * 1e-9,
+            _ => 0.0,
+        }
+    }
+
+    /// Metres travelled, summed within gap-free stretches.
+    pub fn distance(&self) -> f64 {
+        stretch::stretches(self, self.max_gap)
+            .into_iter()
+            .flat_map(|range| self.poses[range].windows(2))
+            .map(|pair| (pair[1].translation - pair[0].translation).norm())
+            .sum()
+    }
+
+    /// SHA-256 over stamps and poses, 64 hexadecimal digits: names the data a detector was trained on.
+    ///
+    /// Name, path and format do not enter, so a renamed or converted copy is still recognised where its
+    /// numbers are the same to the last bit.
+    pub fn fingerprint(&self) -> String {
+        let mut hash = Sha256::new();
+        hash.update(b"dose3 trajectory 1\0");
+        for (stamp, pose) in self.stamps.iter().zip(&self.poses) {
+            hash.update(stamp.to_le_bytes());
+            // Adding zero turns -0.0 into 0.0: equal poses have equal bytes.
+            for value in pose.rotation.matrix().iter().chain(pose.translation.iter()) {
+                hash.update((value + 0.0).to_le_bytes());
+            }
+        }
+        hash.finalize()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect()
+    }
+}

@@ -1,0 +1,203 @@
+//! The readers on the real data sets. Runs where `DOSE3_DATA` names the folder that holds them.
+
+use std::path::PathBuf;
+
+use dose3_datasets::{
+    Format, Frame, Kind, LoadOptions, RateSource, Representation, Scaling, Trajectory, discover,
+    leave_one_out, load, load_all, windows,
+};
+use dose3_lie::Matrix;
+
+fn data(part: &str) -> Option<PathBuf> {
+    match std::env::var_os("DOSE3_DATA") {
+        Some(root) => Some(PathBuf::from(root).join(part)),
+        None => {
+            eprintln!("not run: DOSE3_DATA is not set, no real data to read");
+            None
+        }
+    }
+}
+
+fn check(trajectories: &[Trajectory]) {
+    for log in trajectories {
+        assert!(
+            log.stamps.windows(2).all(|pair| pair[0] < pair[1]),
+            "{}",
+            log.name
+        );
+        for pose in &log.poses {
+            let r = pose.rotation.matrix();
+            let error = (r.tr_mul(r) - Matrix::identity()).amax();
+            assert!(error < 1e-12, "{}: not orthogonal by {error:e}", log.name);
+            assert!((r.determinant() - 1.0).abs() < 1e-12);
+        }
+    }
+    let cut = windows(trajectories, 129, 64);
+    let motion =
+        Representation::fit(Kind::Motion, Scaling::PerDataset, trajectories, &cut).unwrap();
+    for representation in [Representation::PAPER, motion] {
+        for window in &cut {
+            let tensor = representation
+                .represent_window(window, trajectories)
+                .unwrap();
+            assert_eq!(tensor.translation.len(), 3 * tensor.length);
+            assert!(
+                tensor
+                    .translation
+                    .iter()
+                    .chain(&tensor.rotation)
+                    .all(|value| value.is_finite())
+            );
+        }
+    }
+    eprintln!(
+        "{:?}: {} logs, {:?}",
+        trajectories[0].format,
+        trajectories.len(),
+        motion.scaling
+    );
+}
+
+#[test]
+fn kitti() {
+    let Some(root) = data("kitti/poses") else {
+        return;
+    };
+    let logs = load_all(&[root], &LoadOptions::default()).unwrap();
+    let names: Vec<&str> = logs.iter().map(|log| log.name.as_str()).collect();
+    assert_eq!(
+        names,
+        [
+            "00", "01", "02", "03", "04", "05", "06", "07", "08", "09", "10"
+        ]
+    );
+    assert_eq!(logs.iter().map(Trajectory::len).sum::<usize>(), 23_201);
+    assert_eq!(logs[0].len(), 4541);
+    for log in &logs {
+        assert_eq!((log.format, log.frame), (Format::Kitti, Frame::CameraRdf));
+        assert_eq!(
+            (log.rate.hertz, log.rate.source),
+            (10.0, RateSource::Nominal)
+        );
+        assert!(log.report.is_clean(), "{:?}", log.report);
+    }
+    check(&logs);
+}
+
+#[test]
+fn kitti_with_its_times() {
+    let Some(root) = data("") else { return };
+    let times = Some(root.join("formats/kitti_00_times.txt"));
+    let options = LoadOptions {
+        times,
+        ..LoadOptions::default()
+    };
+    let log = load(&root.join("kitti/poses/00.txt"), &options).unwrap();
+    assert_eq!(log.stamps[1], 103_735_900);
+    assert_eq!(log.rate.source, RateSource::Stamps);
+    assert!((log.rate.hertz - 9.65).abs() < 0.02, "{}", log.rate);
+    let wrong = load(&root.join("kitti/poses/01.txt"), &options)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        wrong.contains("kitti_00_times.txt: expected 1101 stamps") && wrong.contains("found 4541")
+    );
+}
+
+#[test]
+fn robotcar() {
+    let Some(root) = data("robotcar") else { return };
+    let logs = load_all(&[root], &LoadOptions::default()).unwrap();
+    let lengths: Vec<(&str, usize)> = logs
+        .iter()
+        .map(|log| (log.name.as_str(), log.len()))
+        .collect();
+    assert_eq!(
+        lengths,
+        [
+            ("2019-01-11-14-02-26", 37_666),
+            ("2019-01-14-12-05-52", 38_624),
+            ("2019-01-14-14-48-55", 39_188),
+            ("2019-01-15-13-06-37", 36_109),
+        ]
+    );
+    for log in &logs {
+        assert_eq!((log.format, log.frame), (Format::RobotCar, Frame::BodyFrd));
+        assert!((log.rate.hertz - 20.0).abs() < 0.2, "{}", log.rate);
+        assert!(
+            log.report.is_clean() && log.report.gaps == 0,
+            "{:?}",
+            log.report
+        );
+        // About nine kilometres of Oxford, driven forward: the body's x axis is the direction of travel.
+        assert!(
+            (8_000.0..11_000.0).contains(&log.distance()),
+            "{}",
+            log.distance()
+        );
+        let forward: f64 = log
+            .poses
+            .windows(2)
+            .map(|pair| {
+                (pair[0].rotation.inverse() * (pair[1].translation - pair[0].translation)).x
+            })
+            .sum();
+        assert!(forward > 0.97 * log.distance(), "{forward}");
+    }
+    check(&logs);
+}
+
+#[test]
+fn iros20() {
+    let Some(root) = data("iros20") else { return };
+    let logs = load_all(&[root], &LoadOptions::default()).unwrap();
+    assert_eq!(logs.len(), 42);
+    assert_eq!(logs.iter().map(Trajectory::len).sum::<usize>(), 73_756);
+    for log in &logs {
+        assert_eq!((log.format, log.frame), (Format::Iros20, Frame::Object));
+        assert!(log.report.is_clean(), "{:?}", log.report);
+        assert!(log.report.largest_rotation_error < 5e-6);
+    }
+    for a in &logs {
+        for b in &logs {
+            assert_eq!(
+                a.group == b.group,
+                a.len() == b.len(),
+                "{} {}",
+                a.name,
+                b.name
+            );
+        }
+    }
+    let folds = leave_one_out(&logs).unwrap();
+    eprintln!("iros20: {} groups of equal length", folds.len());
+    assert!(folds.len() < 42);
+    check(&logs);
+}
+
+#[test]
+fn tum_and_euroc() {
+    let Some(root) = data("formats") else { return };
+    let logs = load_all(&[root.clone()], &LoadOptions::default()).unwrap();
+    let found: Vec<_> = logs
+        .iter()
+        .map(|log| (log.format, log.len(), log.report.gaps))
+        .collect();
+    assert_eq!(found, [(Format::Euroc, 16_702, 0), (Format::Tum, 3_000, 0)]);
+    let [euroc, tum] = &logs[..] else {
+        panic!("{}", logs.len())
+    };
+    assert_eq!(euroc.stamps[0], 1_403_715_524_907_143_168);
+    assert_eq!(tum.stamps[0], 1_305_031_098_665_900_000);
+    assert!((tum.rate.hertz - 100.0).abs() < 0.1 && (euroc.rate.hertz - 200.0).abs() < 0.1);
+    check(&logs[..1]);
+    check(&logs[1..]);
+    assert_eq!(discover(&root, &LoadOptions::default()).unwrap().len(), 2);
+    let mcap = load(
+        &root.join("ros2_nav2_turtlebot.mcap"),
+        &LoadOptions::default(),
+    )
+    .unwrap_err()
+    .to_string();
+    assert!(mcap.contains("MCAP") && mcap.contains("TUM"), "{mcap}");
+}
