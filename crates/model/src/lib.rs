@@ -15,3 +15,6 @@ pub use noise_model::{Input, LossGradient, NoiseModel};
 pub use parameters::{PairParameters, Parameters, check_count, check_values};
 pub use time_features::{sinusoidal, sinusoidal_into};
 pub use weights::{CONFIG_KEY, Precision};
+
+#[cfg(feature = "burn")]
+pub mod burn_unet;

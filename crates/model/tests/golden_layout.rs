@@ -10,8 +10,11 @@ use golden::Golden;
 fn names_shapes_and_order_are_those_of_the_pytorch_modules() {
     let golden = Golden::load();
     let layout = golden.config.layout();
-    let found: Vec<_> =
-        layout.entries().iter().map(|spec| (spec.name.clone(), spec.shape.clone())).collect();
+    let found: Vec<_> = layout
+        .entries()
+        .iter()
+        .map(|spec| (spec.name.clone(), spec.shape.clone()))
+        .collect();
     assert_eq!(found, golden.layout);
     assert_eq!(layout.len(), golden.gradient.len());
 }
@@ -19,6 +22,15 @@ fn names_shapes_and_order_are_those_of_the_pytorch_modules() {
 #[test]
 fn the_parameter_formula_is_reproduced() {
     let golden = Golden::load();
-    let sum: f64 = golden.parameters().values.iter().map(|&value| f64::from(value)).sum();
-    assert!((sum - golden.parameter_sum).abs() < 1e-6, "{sum} against {}", golden.parameter_sum);
+    let sum: f64 = golden
+        .parameters()
+        .values
+        .iter()
+        .map(|&value| f64::from(value))
+        .sum();
+    assert!(
+        (sum - golden.parameter_sum).abs() < 1e-6,
+        "{sum} against {}",
+        golden.parameter_sum
+    );
 }
