@@ -1,0 +1,49 @@
+//! Statistics of the noise estimator, and of the poses themselves, as named, composable sets.
+//!
+//! A [`StatisticsSet`] turns one window into a fixed vector of numbers. Every entry has a name such as
+//! `rotation_z.sum_eps^3` and belongs to one [`Group`], such as `paper24.rotation_z`.
+//!
+//! | name | numbers | groups | from |
+//! |---|---|---|---|
+//! | `paper24` | 24 | translation pooled over xyz; rotation x; y; z | trace |
+//! | `paper12` | 12 | translation pooled; rotation pooled ("no split") | trace |
+//! | `r3` | 6 | translation pooled | trace |
+//! | `diffpath6` | 6 | all six channels pooled, as DiffPath does in a Euclidean space | trace |
+//! | `residual` | 36 | log mean denoising error per axis in 6 noise bands | trace |
+//! | `residual-quantiles` | 72 | as `residual`, poses pooled by the 0.9 quantile and the maximum | trace |
+//! | `eps-mean` | 36 | mean of eps_hat per axis in 6 noise bands | trace |
+//! | `change` | 36 | log mean squared change of eps_hat between steps, per axis in 6 noise bands | trace |
+//! | `moments24` | 24 | raw moments of the represented poses (a baseline without a network) | poses |
+//! | `kinematic` | 36 | body velocity, angular rate and their differences (a baseline without a network) | increments |
+
+mod bands;
+mod kinematic;
+mod moments;
+mod paper;
+mod quantile;
+mod set;
+mod statistic;
+mod trace;
+
+pub use bands::BANDS;
+pub use moments::PoseWindow;
+pub use quantile::quantile_sorted;
+pub use set::{Group, Sample, StatisticsSet};
+pub use statistic::Statistic;
+pub use trace::{Accumulator, CHANNELS, StepMoments, Trace, TraceSummary};
+
+/// Names of the six channels, in the order of the last axis of `eps_hat`.
+pub const AXES: [&str; CHANNELS] = [
+    "translation_x",
+    "translation_y",
+    "translation_z",
+    "rotation_x",
+    "rotation_y",
+    "rotation_z",
+];
+
+/// A column before it is placed in a set: the part it belongs to and its full name.
+struct Column {
+    part: &'static str,
+    name: String,
+}

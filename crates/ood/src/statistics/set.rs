@@ -1,0 +1,197 @@
+//! Sets of statistics: unions of named members.
+
+use super::statistic::{Source, Statistic};
+use super::{PoseWindow, Trace, TraceSummary};
+use crate::error::{Error, expect_finite};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::fmt;
+use std::str::FromStr;
+
+/// A non-empty union of statistics, written `residual+change`. Its columns come in the order of its
+/// members. Serialised as that text.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct StatisticsSet {
+    members: Vec<Statistic>,
+}
+
+/// Columns of a set that belong together, such as the statistics of one rotation axis.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Group {
+    /// `member.part`, for example `paper24.rotation_z`.
+    pub name: String,
+    /// Indices into the vector of statistics.
+    pub columns: Vec<usize>,
+}
+
+/// Everything that can be known of one window. What a set does not need may be left out.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sample<'a> {
+    /// One summary per noise draw; the statistics are averaged over them.
+    pub traces: &'a [TraceSummary],
+    /// The represented poses, for `moments24`.
+    pub window: Option<PoseWindow<'a>>,
+    /// `[n, 6]` body-frame increments between consecutive poses (log of `T_i^-1 T_{i+1}`:
+    /// translation x, y, z in metres, rotation tangent x, y, z in radians), for `kinematic`.
+    pub increments: Option<&'a [f64]>,
+}
+
+impl StatisticsSet {
+    /// A union of members.
+    ///
+    /// # Errors
+    /// [`Error::EmptySet`] for none, [`Error::Overlap`] where two members compute the same column
+    /// (`paper24+r3`, or a member twice): a repeated column makes every covariance singular.
+    pub fn new(members: impl Into<Vec<Statistic>>) -> Result<Self, Error> {
+        let members = members.into();
+        if members.is_empty() {
+            return Err(Error::EmptySet);
+        }
+        let mut seen: HashMap<String, Statistic> = HashMap::new();
+        for &member in &members {
+            for column in member.columns() {
+                if let Some(first) = seen.insert(column.name.clone(), member) {
+                    return Err(Error::Overlap {
+                        first,
+                        second: member,
+                        column: column.name,
+                    });
+                }
+            }
+        }
+        Ok(Self { members })
+    }
+
+    /// The members, in order.
+    #[must_use]
+    pub fn members(&self) -> &[Statistic] {
+        &self.members
+    }
+
+    /// How many numbers the set computes.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.members.iter().map(|m| m.columns().len()).sum()
+    }
+
+    /// Names of the columns, all different.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        let columns = self.members.iter().flat_map(|m| m.columns());
+        columns.map(|c| c.name).collect()
+    }
+
+    /// The groups; every column is in exactly one.
+    #[must_use]
+    pub fn groups(&self) -> Vec<Group> {
+        let mut groups: Vec<Group> = Vec::new();
+        let mut index = 0;
+        for member in &self.members {
+            for column in member.columns() {
+                let name = format!("{member}.{}", column.part);
+                match groups.iter_mut().find(|g| g.name == name) {
+                    Some(group) => group.columns.push(index),
+                    None => groups.push(Group {
+                        name,
+                        columns: vec![index],
+                    }),
+                }
+                index += 1;
+            }
+        }
+        groups
+    }
+
+    /// Whether [`Sample::traces`] is needed, that is, a noise estimator.
+    #[must_use]
+    pub fn needs_trace(&self) -> bool {
+        self.needs(Source::Trace)
+    }
+
+    /// Whether [`Sample::window`] is needed.
+    #[must_use]
+    pub fn needs_window(&self) -> bool {
+        self.needs(Source::Poses)
+    }
+
+    /// Whether [`Sample::increments`] is needed.
+    #[must_use]
+    pub fn needs_increments(&self) -> bool {
+        self.needs(Source::Increments)
+    }
+
+    fn needs(&self, source: Source) -> bool {
+        self.members.iter().any(|m| m.source() == source)
+    }
+
+    /// The statistics of one window, in the order of [`names`](Self::names).
+    ///
+    /// # Errors
+    /// [`Error::MissingInput`], [`Error::TooFewSteps`], [`Error::Shape`]; [`Error::NotFinite`] where
+    /// a result is NaN or infinite.
+    pub fn evaluate(&self, sample: &Sample<'_>) -> Result<Vec<f64>, Error> {
+        let mut values = Vec::with_capacity(self.dimension());
+        for member in &self.members {
+            member.values(sample, &mut values)?;
+        }
+        expect_finite("a vector of statistics", &values)?;
+        Ok(values)
+    }
+
+    /// [`evaluate`](Self::evaluate) for one stored trace.
+    ///
+    /// # Errors
+    /// As [`evaluate`](Self::evaluate) and [`TraceSummary::of`].
+    pub fn compute(&self, trace: &Trace<'_>) -> Result<Vec<f64>, Error> {
+        let summary = TraceSummary::of(trace)?;
+        self.evaluate(&Sample {
+            traces: std::slice::from_ref(&summary),
+            ..Sample::default()
+        })
+    }
+}
+
+impl From<Statistic> for StatisticsSet {
+    fn from(member: Statistic) -> Self {
+        Self {
+            members: vec![member],
+        }
+    }
+}
+
+impl fmt::Display for StatisticsSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, member) in self.members.iter().enumerate() {
+            let plus = if index == 0 { "" } else { "+" };
+            write!(f, "{plus}{member}")?;
+        }
+        Ok(())
+    }
+}
+
+impl FromStr for StatisticsSet {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        if text.trim().is_empty() {
+            return Err(Error::EmptySet);
+        }
+        let members: Result<Vec<_>, _> = text.split('+').map(str::parse).collect();
+        Self::new(members?)
+    }
+}
+
+impl TryFrom<String> for StatisticsSet {
+    type Error = Error;
+
+    fn try_from(text: String) -> Result<Self, Error> {
+        text.parse()
+    }
+}
+
+impl From<StatisticsSet> for String {
+    fn from(set: StatisticsSet) -> Self {
+        set.to_string()
+    }
+}

@@ -1,0 +1,184 @@
+//! The named members of a set.
+
+use super::{Column, Sample, TraceSummary, bands, kinematic, moments, paper};
+use crate::error::Error;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// One named family of statistics; see the table in [the module](super).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Statistic {
+    /// The paper's 24: rotation split by axis.
+    Paper24,
+    /// The paper's 12: rotation pooled.
+    Paper12,
+    /// The paper's 6 of the translation branch.
+    R3,
+    /// All six channels pooled.
+    Diffpath6,
+    /// Log mean denoising error per axis and noise band.
+    Residual,
+    /// Denoising error pooled over poses by upper quantile and maximum.
+    ResidualQuantiles,
+    /// Mean of the estimate per axis and noise band.
+    EpsMean,
+    /// Log mean squared change between steps per axis and noise band.
+    Change,
+    /// Raw moments of the represented poses.
+    Moments24,
+    /// Body velocity, angular rate and their differences.
+    Kinematic,
+}
+
+/// What a statistic is computed from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Source {
+    Trace,
+    Poses,
+    Increments,
+}
+
+impl Statistic {
+    /// All statistics, in the order of the documentation.
+    pub const ALL: [Statistic; 10] = [
+        Statistic::Paper24,
+        Statistic::Paper12,
+        Statistic::R3,
+        Statistic::Diffpath6,
+        Statistic::Residual,
+        Statistic::ResidualQuantiles,
+        Statistic::EpsMean,
+        Statistic::Change,
+        Statistic::Moments24,
+        Statistic::Kinematic,
+    ];
+
+    /// The name used in files, on the command line and in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Statistic::Paper24 => "paper24",
+            Statistic::Paper12 => "paper12",
+            Statistic::R3 => "r3",
+            Statistic::Diffpath6 => "diffpath6",
+            Statistic::Residual => "residual",
+            Statistic::ResidualQuantiles => "residual-quantiles",
+            Statistic::EpsMean => "eps-mean",
+            Statistic::Change => "change",
+            Statistic::Moments24 => "moments24",
+            Statistic::Kinematic => "kinematic",
+        }
+    }
+
+    pub(super) fn source(self) -> Source {
+        match self {
+            Statistic::Moments24 => Source::Poses,
+            Statistic::Kinematic => Source::Increments,
+            _ => Source::Trace,
+        }
+    }
+
+    pub(super) fn columns(self) -> Vec<Column> {
+        match self {
+            Statistic::Paper24 => paper::columns(&paper::SPLIT),
+            Statistic::Paper12 => paper::columns(&paper::NO_SPLIT),
+            Statistic::R3 => paper::columns(&paper::TRANSLATION),
+            Statistic::Diffpath6 => paper::columns(&paper::ALL),
+            Statistic::Residual => bands::columns(&["log_residual"]),
+            Statistic::ResidualQuantiles => {
+                bands::columns(&["log_residual_q90", "log_residual_max"])
+            }
+            Statistic::EpsMean => bands::columns(&["mean_eps"]),
+            Statistic::Change => bands::columns(&["log_change"]),
+            Statistic::Moments24 => moments::columns(),
+            Statistic::Kinematic => kinematic::columns(),
+        }
+    }
+
+    /// Appends the values, one per column. Several draws are averaged.
+    pub(super) fn values(self, sample: &Sample<'_>, out: &mut Vec<f64>) -> Result<(), Error> {
+        match self.source() {
+            Source::Trace => self.average_of_traces(sample.traces, out),
+            Source::Poses => {
+                let window = sample.window.ok_or(Error::MissingInput {
+                    statistic: self,
+                    input: "the represented poses",
+                })?;
+                moments::values(&window, out)
+            }
+            Source::Increments => {
+                let increments = sample.increments.ok_or(Error::MissingInput {
+                    statistic: self,
+                    input: "body-frame increments",
+                })?;
+                kinematic::values(increments, out)
+            }
+        }
+    }
+
+    fn average_of_traces(self, traces: &[TraceSummary], out: &mut Vec<f64>) -> Result<(), Error> {
+        let start = out.len();
+        let mut values = Vec::new();
+        for (draw, trace) in traces.iter().enumerate() {
+            values.clear();
+            self.of_trace(trace, &mut values)?;
+            if draw == 0 {
+                out.extend_from_slice(&values);
+            } else {
+                for (sum, value) in out[start..].iter_mut().zip(&values) {
+                    *sum += value;
+                }
+            }
+        }
+        if traces.is_empty() {
+            return Err(Error::MissingInput {
+                statistic: self,
+                input: "a trace of the noise estimator",
+            });
+        }
+        for value in &mut out[start..] {
+            *value /= traces.len() as f64;
+        }
+        Ok(())
+    }
+
+    fn of_trace(self, trace: &TraceSummary, out: &mut Vec<f64>) -> Result<(), Error> {
+        match self {
+            Statistic::Paper24 => paper::values(&paper::SPLIT, trace, out),
+            Statistic::Paper12 => paper::values(&paper::NO_SPLIT, trace, out),
+            Statistic::R3 => paper::values(&paper::TRANSLATION, trace, out),
+            Statistic::Diffpath6 => paper::values(&paper::ALL, trace, out),
+            Statistic::Residual => bands::residual(trace, out)?,
+            Statistic::ResidualQuantiles => bands::residual_quantiles(trace, out)?,
+            Statistic::EpsMean => bands::eps_mean(trace, out)?,
+            Statistic::Change => bands::change(trace, out)?,
+            // `values` sends these to their own sources.
+            Statistic::Moments24 | Statistic::Kinematic => {}
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Statistic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Statistic {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        let name = text.trim();
+        Self::ALL
+            .into_iter()
+            .find(|s| s.name() == name)
+            .ok_or_else(|| Error::UnknownStatistic {
+                name: name.to_owned(),
+                known: Self::ALL.map(Self::name).join(", "),
+            })
+    }
+}
