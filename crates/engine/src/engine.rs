@@ -1,0 +1,287 @@
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use dose3_model::{
+    Input, LossGradient, ModelError, NoiseModel, Parameters, UNetConfig, check_count, check_values,
+};
+
+use crate::backward::Backward;
+use crate::forward::{Chunk, Network};
+use crate::gradient::OrderedGradient;
+use crate::plan::Plan;
+use crate::simd::{Instructions, Isa};
+use crate::time::TimeTable;
+use crate::weights::{Weights, unpack_gradient};
+use crate::workers::{Pieces, Workers};
+use crate::workspace::Workspace;
+
+/// Settings of an [`Engine`]; none of them but `instructions` changes a single bit of its results.
+#[derive(Clone, Debug, Default)]
+pub struct EngineOptions {
+    /// Threads; 0 is one per processor.
+    pub threads: usize,
+    /// Vector instructions; the widest that the machine has if not given.
+    pub instructions: Option<Instructions>,
+}
+
+/// One UNet on the CPU: packed weights, and buffers for every worker.
+pub struct Engine {
+    plan: Plan,
+    isa: Isa,
+    workers: Workers,
+    values: Vec<f32>,
+    weights: Weights,
+    /// Whether the backward matrices belong to `values`.
+    backward_ready: bool,
+    time: TimeTable,
+    scoring: Vec<Mutex<Workspace>>,
+    training: Vec<Mutex<Workspace>>,
+    gradients: Vec<OrderedGradient>,
+    /// Gradient at every sample's scales and shifts.
+    time_gradient: Vec<f32>,
+}
+
+impl Engine {
+    /// Builds the network with its parameters.
+    ///
+    /// # Errors
+    /// A configuration or parameters that are not valid, instructions that this machine does
+    /// not have, or threads that cannot be started.
+    pub fn new(parameters: &Parameters, options: EngineOptions) -> Result<Self, ModelError> {
+        parameters.config.validate()?;
+        let set = options.instructions.unwrap_or_else(Instructions::detect);
+        let isa = Isa::new(set).ok_or_else(|| ModelError::Backend {
+            backend: format!("engine with {set:?} instructions"),
+            reason: "this machine does not have them".to_owned(),
+        })?;
+        let plan = Plan::new(&parameters.config);
+        let workers = Workers::new(options.threads)?;
+        let workspaces = |training| {
+            let make = |_| Mutex::new(Workspace::new(&plan, training));
+            (0..workers.count()).map(make).collect()
+        };
+        let mut engine = Self {
+            scoring: workspaces(false),
+            training: workspaces(true),
+            weights: Weights::new(&plan),
+            plan,
+            isa,
+            workers,
+            values: Vec::new(),
+            backward_ready: false,
+            time: TimeTable::default(),
+            gradients: Vec::new(),
+            time_gradient: Vec::new(),
+        };
+        engine.set_parameters(&parameters.values)?;
+        Ok(engine)
+    }
+
+    /// The vector instructions in use.
+    pub fn instructions(&self) -> Instructions {
+        self.isa.set()
+    }
+
+    /// Threads in use.
+    pub fn threads(&self) -> usize {
+        self.workers.count()
+    }
+
+    fn network(&self, length: usize) -> Network<'_> {
+        Network {
+            isa: self.isa,
+            plan: &self.plan,
+            values: &self.values,
+            forward: &self.weights.forward,
+            backward: &self.weights.backward,
+            time: self.time.table(),
+            length,
+        }
+    }
+
+    fn look_up(&mut self, steps: &[f32]) {
+        let (plan, packed) = (&self.plan, &self.weights.forward);
+        self.time
+            .look_up(self.isa, plan, &self.values, packed, steps);
+    }
+
+    /// Makes ready what only a backward pass needs.
+    fn prepare_backward(&mut self, batch: usize) {
+        if !self.backward_ready {
+            self.weights.pack_backward(&self.plan, &self.values);
+            self.backward_ready = true;
+        }
+        if self.gradients.is_empty() {
+            self.gradients = self.plan.maps.iter().map(OrderedGradient::new).collect();
+        }
+        self.gradients.iter_mut().for_each(OrderedGradient::restart);
+        self.time_gradient.clear();
+        self.time_gradient
+            .resize(batch * self.plan.time.columns, 0.0);
+    }
+
+    /// Collects the flat gradient from those of the maps.
+    fn collect(&mut self, gradient: &mut [f32]) {
+        gradient.fill(0.0);
+        let Plan { maps, ops, .. } = &self.plan;
+        for (map, sum) in maps.iter().zip(&mut self.gradients) {
+            let sum = sum.get();
+            unpack_gradient(map, &self.values, &sum.matrices, gradient);
+            if let Some(at) = map.bias {
+                gradient[at..at + map.outputs].copy_from_slice(&sum.bias);
+            }
+        }
+        for op in ops {
+            let crate::plan::Op::Block(block) = op else {
+                continue;
+            };
+            for (conv, norm) in [(block.conv1, block.norm1), (block.conv2, block.norm2)] {
+                let sum = self.gradients[conv].get();
+                let count = sum.gain.len();
+                gradient[norm.gain..norm.gain + count].copy_from_slice(&sum.gain);
+                gradient[norm.offset..norm.offset + count].copy_from_slice(&sum.offset);
+            }
+        }
+    }
+}
+
+/// Samples that are computed together: of no influence on results when scoring; when
+/// training it fixes the order of summation, so it may not depend on the threads.
+fn chunk_size(batch: usize) -> usize {
+    (batch / 8).clamp(1, 8)
+}
+
+impl NoiseModel for Engine {
+    fn config(&self) -> &UNetConfig {
+        &self.plan.config
+    }
+
+    fn set_parameters(&mut self, values: &[f32]) -> Result<(), ModelError> {
+        check_values(&self.plan.layout, values)?;
+        self.values.clear();
+        self.values.extend_from_slice(values);
+        self.weights.pack_forward(&self.plan, &self.values);
+        self.backward_ready = false;
+        self.time.clear();
+        Ok(())
+    }
+
+    fn forward(&mut self, input: Input<'_>, output: &mut [f32]) -> Result<(), ModelError> {
+        input.check(&self.plan.config)?;
+        input.check_output(&self.plan.config, output)?;
+        self.look_up(input.steps);
+        let chunk = chunk_size(input.batch);
+        let network = self.network(input.length);
+        let sample = input.length * self.plan.config.in_channels;
+        let size = chunk * input.length * self.plan.config.out_channels;
+        let pieces = Pieces::new(input.batch.div_ceil(chunk), [(output, size)]);
+        self.workers.run(&|worker| {
+            let mut ws = self.scoring[worker]
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            while let Some((index, [output])) = pieces.take() {
+                let first = index * chunk;
+                let steps = &self.time.steps()[first..input.batch.min(first + chunk)];
+                ws.size(&self.plan, input.length, chunk);
+                network.forward(
+                    Chunk {
+                        x: &input.x[first * sample..],
+                        steps,
+                    },
+                    &mut ws,
+                );
+                network.copy_output(steps.len(), &ws, output);
+            }
+        });
+        Ok(())
+    }
+
+    fn forward_backward(
+        &mut self,
+        input: Input<'_>,
+        loss: &LossGradient<'_>,
+        gradient: &mut [f32],
+    ) -> Result<(), ModelError> {
+        input.check(&self.plan.config)?;
+        check_count(&self.plan.layout, "the gradient", gradient)?;
+        self.look_up(input.steps);
+        self.prepare_backward(input.batch);
+        let chunk = chunk_size(input.batch);
+        let mut time_gradient = std::mem::take(&mut self.time_gradient);
+        let network = self.network(input.length);
+        let columns = self.plan.time.columns;
+        let pieces = Pieces::new(
+            input.batch.div_ceil(chunk),
+            [(&mut time_gradient, chunk * columns)],
+        );
+        let stop = AtomicBool::new(false);
+        self.workers.run(&|worker| {
+            let mut ws = self.training[worker]
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            let guard = StopOnPanic(&stop);
+            while let Some((index, [time])) = pieces.take() {
+                self.chunk(network, (input, loss), (index, chunk), &mut ws, time, &stop);
+            }
+            std::mem::forget(guard);
+        });
+        self.time_gradient = time_gradient;
+        let packed = &self.weights.backward;
+        let samples = &self.time_gradient;
+        self.time
+            .backward(self.isa, &self.plan, packed, samples, &mut self.gradients);
+        self.collect(gradient);
+        Ok(())
+    }
+}
+
+impl Engine {
+    /// Forward, loss and backward of one chunk.
+    fn chunk(
+        &self,
+        network: Network<'_>,
+        (input, loss): (Input<'_>, &LossGradient<'_>),
+        (index, chunk): (usize, usize),
+        ws: &mut Workspace,
+        time: &mut [f32],
+        stop: &AtomicBool,
+    ) {
+        let config = &self.plan.config;
+        let first = index * chunk;
+        let steps = &self.time.steps()[first..input.batch.min(first + chunk)];
+        ws.size(&self.plan, input.length, chunk);
+        let sample = input.length * config.in_channels;
+        network.forward(
+            Chunk {
+                x: &input.x[first * sample..],
+                steps,
+            },
+            ws,
+        );
+        let size = steps.len() * input.length * config.out_channels;
+        let mut output = std::mem::take(&mut ws.backward.output);
+        network.copy_output(steps.len(), ws, &mut output);
+        let out = &mut ws.backward.output_gradient[..size];
+        out.fill(0.0);
+        loss(first, &output[..size], out);
+        ws.backward.output = output;
+        let backward = Backward {
+            network,
+            chunk: index,
+            steps,
+            gradients: &self.gradients,
+            stop,
+        };
+        // Stopped only where another worker panics, which `run` passes on.
+        let _ = backward.run(ws, time);
+    }
+}
+
+/// Lets no other worker wait for one that panicked (in the loss, say).
+struct StopOnPanic<'a>(&'a AtomicBool);
+
+impl Drop for StopOnPanic<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,425 @@
+//! The network as a list of operations on numbered tensors.
+
+use dose3_model::{ParameterLayout, UNetConfig};
+
+use crate::linear_map::{Form, LinearMap, Matrix, Part};
+use crate::matmul::packed_len;
+use crate::slots::{Slots, assign};
+
+/// An activation tensor: per sample `length >> shift` rows of `channels`, with `halo` zero
+/// rows before and after.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tensor {
+    pub(crate) shift: usize,
+    pub(crate) channels: usize,
+    pub(crate) halo: usize,
+}
+
+impl Tensor {
+    /// Rows per sample, without the halo.
+    pub(crate) fn rows(&self, length: usize) -> usize {
+        length >> self.shift
+    }
+
+    /// Numbers per sample, with the halo.
+    pub(crate) fn size(&self, length: usize) -> usize {
+        (self.rows(length) + 2 * self.halo) * self.channels
+    }
+}
+
+/// Offsets of a normalisation's gain and offset in the flat parameters.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NormAt {
+    pub(crate) gain: usize,
+    pub(crate) offset: usize,
+}
+
+/// Two convolutions with normalisation, modulated by the step, around a residual.
+#[derive(Clone, Debug)]
+pub(crate) struct Block {
+    /// Number of the block in forward order.
+    pub(crate) index: usize,
+    /// One tensor, or two that are concatenated.
+    pub(crate) inputs: Vec<usize>,
+    pub(crate) output: usize,
+    pub(crate) conv1: usize,
+    pub(crate) norm1: NormAt,
+    pub(crate) conv2: usize,
+    pub(crate) norm2: NormAt,
+    pub(crate) residual: Option<usize>,
+    /// First column of scale and shift in the time table.
+    pub(crate) time_column: usize,
+}
+
+/// Attention over the length, with its residual.
+#[derive(Clone, Debug)]
+pub(crate) struct Attention {
+    /// Number of the attention in forward order.
+    pub(crate) index: usize,
+    pub(crate) input: usize,
+    pub(crate) output: usize,
+    /// One map per head, from normalised channels to the head's query, key and value.
+    pub(crate) heads: Vec<usize>,
+    pub(crate) out: usize,
+}
+
+/// One step of the forward pass.
+#[derive(Clone, Debug)]
+pub(crate) enum Op {
+    /// A convolution on its own.
+    Map {
+        map: usize,
+        input: usize,
+        output: usize,
+    },
+    /// A residual block.
+    Block(Block),
+    /// Attention.
+    Attention(Attention),
+}
+
+impl Op {
+    /// Tensors read.
+    pub(crate) fn inputs(&self) -> &[usize] {
+        match self {
+            Self::Map { input, .. } => std::slice::from_ref(input),
+            Self::Block(block) => &block.inputs,
+            Self::Attention(attention) => std::slice::from_ref(&attention.input),
+        }
+    }
+
+    /// The tensor written.
+    pub(crate) fn output(&self) -> usize {
+        match self {
+            Self::Map { output, .. } => *output,
+            Self::Block(block) => block.output,
+            Self::Attention(attention) => attention.output,
+        }
+    }
+}
+
+/// The layers that turn a step into every block's scale and shift.
+#[derive(Clone, Debug)]
+pub(crate) struct TimePlan {
+    pub(crate) linear1: usize,
+    pub(crate) linear2: usize,
+    /// Map and first column in the time table, per block.
+    pub(crate) blocks: Vec<(usize, usize)>,
+    /// Columns of the time table: scale and shift of all blocks.
+    pub(crate) columns: usize,
+}
+
+/// The whole network.
+pub(crate) struct Plan {
+    pub(crate) config: UNetConfig,
+    pub(crate) layout: ParameterLayout,
+    pub(crate) tensors: Vec<Tensor>,
+    pub(crate) ops: Vec<Op>,
+    pub(crate) maps: Vec<LinearMap>,
+    pub(crate) time: TimePlan,
+    /// Size of all packed weights, by direction.
+    pub(crate) forward_len: usize,
+    pub(crate) backward_len: usize,
+    /// Buffers of the tensors when only the output is wanted.
+    pub(crate) inference: Slots,
+    /// Buffers of the tensors' gradients.
+    pub(crate) gradients: Slots,
+    pub(crate) attentions: usize,
+    pub(crate) blocks: usize,
+}
+
+impl Plan {
+    /// For a configuration that is valid.
+    pub(crate) fn new(config: &UNetConfig) -> Self {
+        Builder::new(config).build()
+    }
+
+    /// Most channels of any tensor.
+    pub(crate) fn widest(&self) -> usize {
+        self.tensors
+            .iter()
+            .map(|tensor| tensor.channels)
+            .max()
+            .unwrap_or(0)
+    }
+}
+
+struct Builder<'c> {
+    config: &'c UNetConfig,
+    layout: ParameterLayout,
+    tensors: Vec<Tensor>,
+    ops: Vec<Op>,
+    maps: Vec<LinearMap>,
+    time_blocks: Vec<(usize, usize)>,
+    time_columns: usize,
+    forward_len: usize,
+    backward_len: usize,
+    attentions: usize,
+}
+
+impl<'c> Builder<'c> {
+    fn new(config: &'c UNetConfig) -> Self {
+        Self {
+            config,
+            layout: config.layout(),
+            tensors: Vec::new(),
+            ops: Vec::new(),
+            maps: Vec::new(),
+            time_blocks: Vec::new(),
+            time_columns: 0,
+            forward_len: 0,
+            backward_len: 0,
+            attentions: 0,
+        }
+    }
+
+    fn build(mut self) -> Plan {
+        let config = self.config;
+        let (levels, dims) = (config.levels(), config.dims());
+        let (width, time) = (config.width, config.time_width());
+        let linear1 = self.map("time_mlp.linear1", Form::Same(1), &[width], false);
+        let linear2 = self.map("time_mlp.linear2", Form::Same(1), &[time], false);
+
+        let input = self.tensor(0, config.in_channels, 3);
+        let first = self.convolution("init_conv", Form::Same(7), input, 0, width);
+        let mut x = first;
+        let mut skips = Vec::new();
+        for (i, pair) in dims.windows(2).enumerate() {
+            x = self.block(&format!("downs.{i}.block1"), &[x], pair[0]);
+            skips.push(x);
+            x = self.block(&format!("downs.{i}.block2"), &[x], pair[0]);
+            x = self.attention(&format!("downs.{i}.attention"), x);
+            skips.push(x);
+            let (form, shift) = if i + 1 == levels {
+                (Form::Same(3), i)
+            } else {
+                (Form::Down, i + 1)
+            };
+            x = self.convolution(&format!("downs.{i}.resample"), form, x, shift, pair[1]);
+        }
+        x = self.block("mid.block1", &[x], dims[levels]);
+        x = self.attention("mid.attention", x);
+        x = self.block("mid.block2", &[x], dims[levels]);
+        for (j, pair) in dims.windows(2).rev().enumerate() {
+            for block in ["block1", "block2"] {
+                // Two pushes per level on the way down, two pops per level on the way up.
+                let inputs: Vec<usize> = [x].into_iter().chain(skips.pop()).collect();
+                x = self.block(&format!("ups.{j}.{block}"), &inputs, pair[1]);
+            }
+            x = self.attention(&format!("ups.{j}.attention"), x);
+            let shift = levels - 1 - j;
+            let (form, shift) = if j + 1 == levels {
+                (Form::Same(3), shift)
+            } else {
+                (Form::Up, shift - 1)
+            };
+            x = self.convolution(&format!("ups.{j}.resample"), form, x, shift, pair[0]);
+        }
+        x = self.block("final_block", &[x, first], width);
+        self.convolution("final_conv", Form::Same(1), x, 0, config.out_channels);
+
+        let time = TimePlan {
+            linear1,
+            linear2,
+            blocks: self.time_blocks,
+            columns: self.time_columns,
+        };
+        Plan {
+            inference: Slots::new(&assign(&self.ops, self.tensors.len(), false), &self.tensors),
+            gradients: Slots::new(&assign(&self.ops, self.tensors.len(), true), &self.tensors),
+            config: config.clone(),
+            layout: self.layout,
+            tensors: self.tensors,
+            ops: self.ops,
+            maps: self.maps,
+            blocks: time.blocks.len(),
+            time,
+            forward_len: self.forward_len,
+            backward_len: self.backward_len,
+            attentions: self.attentions,
+        }
+    }
+
+    fn tensor(&mut self, shift: usize, channels: usize, halo: usize) -> usize {
+        self.tensors.push(Tensor {
+            shift,
+            channels,
+            halo,
+        });
+        self.tensors.len() - 1
+    }
+
+    /// Offset of a parameter, if the network has it.
+    fn find(&self, name: &str) -> Option<usize> {
+        self.layout.find(name).map(|spec| spec.offset)
+    }
+
+    /// Offset of a parameter that the layout has by construction.
+    fn offset(&self, name: &str) -> usize {
+        self.find(name)
+            .unwrap_or_else(|| panic!("the layout has `{name}`"))
+    }
+
+    /// The map of a layer whose input channels come in `parts`.
+    fn map(&mut self, name: &str, form: Form, parts: &[usize], standardised: bool) -> usize {
+        let weight = format!("{name}.weight");
+        let outputs = self.layout.find(&weight).map_or(0, |spec| spec.shape[0]);
+        let map = LinearMap {
+            weight: self.offset(&weight),
+            form,
+            inputs: parts.iter().sum(),
+            outputs,
+            rows: vec![(0, outputs)],
+            bias: self.find(&format!("{name}.bias")),
+            gain: None,
+            standardised,
+            parts: Vec::new(),
+            gradient_len: 0,
+        };
+        self.add(map, parts)
+    }
+
+    /// Lays out a map's matrices and files it.
+    fn add(&mut self, mut map: LinearMap, parts: &[usize]) -> usize {
+        let mut first = 0;
+        for &channels in parts {
+            let mut place = |applications: Vec<_>, inner: usize, n: usize, len: &mut usize| {
+                let matrices =
+                    applications
+                        .into_iter()
+                        .map(|application: crate::linear_map::Application| {
+                            let k = application.taps.len() * inner;
+                            let offset = *len;
+                            *len += packed_len(k, n);
+                            Matrix {
+                                application,
+                                offset,
+                                k,
+                                n,
+                            }
+                        });
+                matrices.collect::<Vec<_>>()
+            };
+            let forward = place(
+                map.form.forward(),
+                channels,
+                map.outputs,
+                &mut self.forward_len,
+            );
+            let backward = place(
+                map.form.backward(),
+                map.outputs,
+                channels,
+                &mut self.backward_len,
+            );
+            let mut gradient = Vec::new();
+            for matrix in &forward {
+                gradient.push(map.gradient_len);
+                map.gradient_len += matrix.k * matrix.n;
+            }
+            map.parts.push(Part {
+                first,
+                channels,
+                forward,
+                backward,
+                gradient,
+            });
+            first += channels;
+        }
+        self.maps.push(map);
+        self.maps.len() - 1
+    }
+
+    fn convolution(
+        &mut self,
+        name: &str,
+        form: Form,
+        input: usize,
+        shift: usize,
+        channels: usize,
+    ) -> usize {
+        let map = self.map(name, form, &[self.tensors[input].channels], false);
+        let output = self.tensor(shift, channels, 1);
+        self.ops.push(Op::Map { map, input, output });
+        output
+    }
+
+    fn norm(&self, name: &str) -> NormAt {
+        NormAt {
+            gain: self.offset(&format!("{name}.weight")),
+            offset: self.offset(&format!("{name}.bias")),
+        }
+    }
+
+    fn block(&mut self, name: &str, inputs: &[usize], channels: usize) -> usize {
+        let parts: Vec<usize> = inputs.iter().map(|&i| self.tensors[i].channels).collect();
+        let time = self.map(
+            &format!("{name}.time"),
+            Form::Same(1),
+            &[self.config.time_width()],
+            false,
+        );
+        let time_column = self.time_columns;
+        let index = self.time_blocks.len();
+        self.time_blocks.push((time, time_column));
+        self.time_columns += 2 * channels;
+
+        let conv1 = self.map(&format!("{name}.conv1"), Form::Same(3), &parts, true);
+        let conv2 = self.map(&format!("{name}.conv2"), Form::Same(3), &[channels], true);
+        let residual = format!("{name}.residual");
+        let residual = self
+            .find(&format!("{residual}.weight"))
+            .map(|_| self.map(&residual, Form::Same(1), &parts, false));
+        let output = self.tensor(self.tensors[inputs[0]].shift, channels, 1);
+        self.ops.push(Op::Block(Block {
+            index,
+            inputs: inputs.to_vec(),
+            output,
+            conv1,
+            norm1: self.norm(&format!("{name}.norm1")),
+            conv2,
+            norm2: self.norm(&format!("{name}.norm2")),
+            residual,
+            time_column,
+        }));
+        output
+    }
+
+    fn attention(&mut self, name: &str, input: usize) -> usize {
+        let Tensor {
+            shift, channels, ..
+        } = self.tensors[input];
+        let (dim, inner) = (self.config.head_dim, self.config.attention_width());
+        let heads = (0..self.config.heads).map(|head| {
+            let map = LinearMap {
+                weight: self.offset(&format!("{name}.qkv.weight")),
+                form: Form::Same(1),
+                inputs: channels,
+                outputs: 3 * dim,
+                // Query, key, value; within each, head by head.
+                rows: (0..3)
+                    .map(|which| (which * inner + head * dim, dim))
+                    .collect(),
+                bias: None,
+                gain: Some(self.offset(&format!("{name}.norm.weight"))),
+                standardised: false,
+                parts: Vec::new(),
+                gradient_len: 0,
+            };
+            self.add(map, &[channels])
+        });
+        let heads = heads.collect();
+        let out = self.map(&format!("{name}.out"), Form::Same(1), &[inner], false);
+        let output = self.tensor(shift, channels, 1);
+        let index = self.attentions;
+        self.attentions += 1;
+        self.ops.push(Op::Attention(Attention {
+            index,
+            input,
+            output,
+            heads,
+            out,
+        }));
+        output
+    }
+}
