@@ -81,6 +81,7 @@ pub fn discover(path: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Erro
 /// # Errors
 /// As [`discover`].
 pub fn survey(path: &Path, options: &LoadOptions) -> Result<Survey, Error> {
+    options.check()?;
     let data = fs::metadata(path).map_err(|source| Error::io(path, source))?;
     let mut survey = Survey::default();
     if data.is_dir() {

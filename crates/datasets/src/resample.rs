@@ -17,7 +17,8 @@ const RATE_TOLERANCE: f64 = 0.05;
 ///
 /// # Errors
 /// [`Error::Upsampling`] where the log is slower; [`Error::Parameter`] where `hertz` is not positive and finite
-/// or beyond 1e6.
+/// or beyond 1e6, or where
+/// the allowed gaps are so long that most of the result would be interpolated.
 ///
 /// ```
 /// use dose3_datasets::{resample, synthetic};
@@ -65,6 +66,17 @@ pub fn resample(trajectory: &Trajectory, hertz: f64) -> Result<Trajectory, Error
         let span = (stamps[stamps.len() - 1] - stamps[0]) as f64;
         // Half a nanosecond of grace, so that rounding of the stamps does not cost the last pose.
         let samples = ((span + 0.5) / period) as usize + 1;
+        if samples > 1000 + 100 * stamps.len() {
+            return Err(Error::Parameter {
+                what: "largest gap",
+                expected: "short enough that a log is not mostly interpolated",
+                found: format!(
+                    "{samples} samples from {} poses of {}",
+                    stamps.len(),
+                    trajectory.name
+                ),
+            });
+        }
         let mut after = 0;
         for index in 0..samples {
             let stamp = stamps[0] + (index as f64 * period).round() as i64;

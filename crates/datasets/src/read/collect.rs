@@ -88,8 +88,13 @@ impl<'a> Collector<'a> {
         Ok(())
     }
 
-    /// The rotation nearest to a matrix, within the tolerance.
-    pub fn rotation(&mut self, place: Place, matrix: &Matrix) -> Result<Rotation, Error> {
+    /// The rotation nearest to a matrix of `path` (a folder's log has a file for each), within the tolerance.
+    pub fn rotation(
+        &mut self,
+        path: &Path,
+        place: Place,
+        matrix: &Matrix,
+    ) -> Result<Rotation, Error> {
         let tolerance = self.options.rotation_tolerance;
         match so3::project(matrix, tolerance) {
             Ok(projected) => {
@@ -100,30 +105,8 @@ impl<'a> Collector<'a> {
                 }
                 Ok(projected.rotation)
             }
-            Err(fault) => Err(self.matrix_fault(place, &fault)),
+            Err(fault) => Err(matrix_fault(path, place, &fault)),
         }
-    }
-
-    fn matrix_fault(&self, place: Place, fault: &ProjectionError) -> Error {
-        let hint = match fault {
-            ProjectionError::NotFinite => "remove the poses without a value",
-            ProjectionError::Reflection { .. } => {
-                "the axes are left-handed: one axis is mirrored, or two columns are swapped"
-            }
-            ProjectionError::Singular { .. } => {
-                "the pose was never filled in, or columns are missing"
-            }
-            ProjectionError::TooFar { .. } => {
-                "is the matrix scaled, or row- and column-major confused? A larger rotation tolerance would accept it"
-            }
-        };
-        Error::input(
-            self.path,
-            place,
-            "a rotation matrix",
-            fault.to_string(),
-            hint,
-        )
     }
 
     /// The rotation of a quaternion whose norm is 1 within the tolerance.
@@ -212,6 +195,20 @@ impl<'a> Collector<'a> {
         trajectory.report.gaps = stretches - 1 - trajectory.breaks.len();
         Ok(trajectory)
     }
+}
+
+fn matrix_fault(path: &Path, place: Place, fault: &ProjectionError) -> Error {
+    let hint = match fault {
+        ProjectionError::NotFinite => "remove the poses without a value",
+        ProjectionError::Reflection { .. } => {
+            "the axes are left-handed: one axis is mirrored, or two columns are swapped"
+        }
+        ProjectionError::Singular { .. } => "the pose was never filled in, or columns are missing",
+        ProjectionError::TooFar { .. } => {
+            "is the matrix scaled, or row- and column-major confused? A larger rotation tolerance would accept it"
+        }
+    };
+    Error::input(path, place, "a rotation matrix", fault.to_string(), hint)
 }
 
 /// `index` steps of `1 / hertz` seconds, in nanoseconds.

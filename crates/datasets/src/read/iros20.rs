@@ -143,7 +143,10 @@ fn pose_from_matrix(
         check_coordinate(path, place, value)?;
     }
     let rotation = Matrix::from_fn(|row, column| matrix[(row, column)]);
-    Ok(pose(collector.rotation(place, &rotation)?, translation))
+    Ok(pose(
+        collector.rotation(path, place, &rotation)?,
+        translation,
+    ))
 }
 
 /// Reads a folder with one text file per frame, named by the frame's number.

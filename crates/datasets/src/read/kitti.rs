@@ -36,7 +36,8 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
             };
         }
         let [a, b, c, x, d, e, f, y, g, h, i, z] = value;
-        let rotation = collector.rotation(row.place(), &Matrix::new(a, b, c, d, e, f, g, h, i))?;
+        let rotation =
+            collector.rotation(path, row.place(), &Matrix::new(a, b, c, d, e, f, g, h, i))?;
         rows.push((row.place(), pose(rotation, [x, y, z])));
     }
     let Some(times) = times_path(path, options) else {

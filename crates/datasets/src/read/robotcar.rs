@@ -46,13 +46,8 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
         let value = reader.pose(path, &row)?;
         if relative {
             let other = row.stamp(reader.stamps[1], StampUnit::Microseconds)?;
-            chain(
-                &mut collector,
-                row.place(),
-                stamp.min(other),
-                stamp.max(other),
-                value,
-            )?;
+            let stamps = [stamp.min(other), stamp.max(other)];
+            chain(&mut collector, path, row.place(), stamps, value)?;
         } else {
             collector.push(row.place(), stamp, value)?;
         }
@@ -64,15 +59,26 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
 /// of source and destination is the later one.
 fn chain(
     collector: &mut Collector<'_>,
+    path: &Path,
     place: Place,
-    earlier: i64,
-    later: i64,
+    [earlier, later]: [i64; 2],
     relative: Pose,
 ) -> Result<(), Error> {
     let start = match collector.last() {
         None => {
             collector.push(place, earlier, Pose::identity())?;
             Pose::identity()
+        }
+        Some((last, _)) if earlier < last => {
+            let expected = format!("a motion that begins at or after {last} ns");
+            let hint = "relative poses are chained in order of time; two runs in one file have to be cut apart";
+            return Err(Error::input(
+                path,
+                place,
+                expected,
+                format!("{earlier} ns"),
+                hint,
+            ));
         }
         Some((last, pose)) => {
             if last < earlier {

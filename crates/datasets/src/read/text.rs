@@ -69,21 +69,16 @@ impl Text {
 
     /// The lines that are not blank.
     pub fn lines(&self) -> impl Iterator<Item = Line<'_>> {
-        let terminated = self.content.ends_with(['\n', '\r']);
-        let end = self.content.trim_end().len();
-        let mut position = 0;
-        self.content
-            .split_inclusive('\n')
-            .enumerate()
-            .filter_map(move |(index, line)| {
-                position += line.len();
-                let text = line.trim();
-                (!text.is_empty()).then_some(Line {
-                    number: index + 1,
-                    text,
-                    unterminated: !terminated && position >= end,
-                })
+        let lines = self.content.split_inclusive('\n').enumerate();
+        lines.filter_map(|(index, line)| {
+            let text = line.trim();
+            let unterminated = !line.ends_with('\n');
+            (!text.is_empty()).then_some(Line {
+                number: index + 1,
+                text,
+                unterminated,
             })
+        })
     }
 }
 

@@ -60,9 +60,9 @@ pub(super) fn simulate(clock: &Clock, rng: &mut impl Rng) -> Vec<Pose> {
     let every = rng.random_range(8.0..20.0);
     let activity = Activity::new(rng, every, 5.0, 1.5);
     let mut noise = SensorNoise::new(
-        [1e-3, 1.5e-3],
-        [3e-4, 1e-3],
-        0.3,
+        [6e-4, 1.5e-3],
+        [2e-4, 8e-4],
+        0.8,
         clock.step * clock.substeps as f64,
     );
     let mut noise_rng = ChaCha8Rng::seed_from_u64(rng.random());

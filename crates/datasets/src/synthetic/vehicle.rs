@@ -71,7 +71,7 @@ pub(super) fn simulate(clock: &Clock, rng: &mut impl Rng) -> Vec<Pose> {
     let car = Car::new(rng);
     let mut noise = SensorNoise::new(
         [4e-3, 3e-4],
-        [4e-4, 4e-5],
+        [2e-4, 4e-5],
         2.0,
         clock.step * clock.substeps as f64,
     );
