@@ -1,13 +1,18 @@
 //! Out-of-distribution statistics, densities, calibration and metrics.
 
+pub mod calibration;
 pub mod density;
+pub mod detector;
 mod error;
 pub mod folds;
+pub mod metrics;
 mod score;
 mod special;
 pub mod statistics;
 
+pub use calibration::{Combination, Reference, SharePrediction, cross_fit};
 pub use density::{Density, DensityConfig, DensityModel};
+pub use detector::{DetectorConfig, DetectorStatistics, LogVerdict};
 pub use error::Error;
 pub use folds::{FoldPlan, Folds, Unit};
 pub use score::Score;

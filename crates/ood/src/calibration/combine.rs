@@ -1,0 +1,160 @@
+//! One score of several groups of statistics.
+//!
+//! A joint density over many weak columns loses what one strong column knew. The alternatives give
+//! each group its own density, turn its score into a p-value under held-out trusted windows, and
+//! combine those. The groups depend on each other, so the combined number is no p-value; it is
+//! calibrated again, as any score.
+
+use crate::density::log_sum_exp;
+use crate::error::Error;
+use crate::score::Score;
+use crate::special::ln_gamma;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// How groups become one score.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Combination {
+    /// One density over all columns: the paper's way.
+    #[default]
+    Joint,
+    /// Fisher's method: minus the logarithm of the chance that `-2 sum ln p` of k independent
+    /// groups is as high (chi-square, 2k degrees of freedom). Strong where many groups move a bit.
+    Fisher,
+    /// Harmonic mean of the p-values (Wilson 2019). Robust to dependence between groups.
+    HarmonicMean,
+    /// The smallest p-value, times the number of groups (Bonferroni). Strong where one group moves.
+    Maximum,
+}
+
+impl Combination {
+    /// All ways.
+    pub const ALL: [Combination; 4] = [
+        Combination::Joint,
+        Combination::Fisher,
+        Combination::HarmonicMean,
+        Combination::Maximum,
+    ];
+
+    /// The name used in files and on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Combination::Joint => "joint",
+            Combination::Fisher => "fisher",
+            Combination::HarmonicMean => "harmonic-mean",
+            Combination::Maximum => "maximum",
+        }
+    }
+
+    /// The score of the groups' `ln p`. `Joint` has no p-values to combine and behaves as
+    /// `Maximum`; the lowest score for no groups.
+    #[must_use]
+    pub fn score(self, ln_p: &[f64]) -> Score {
+        let groups = ln_p.len() as f64;
+        let combined = match self {
+            _ if ln_p.is_empty() => 0.0,
+            Combination::Fisher => {
+                // Survival function of chi-square at 2h with 2k degrees: e^-h sum_{i<k} h^i / i!.
+                let half = -ln_p.iter().sum::<f64>();
+                let terms: Vec<f64> = (0..ln_p.len())
+                    .map(|i| power_ln(half, i) - ln_gamma(i as f64 + 1.0))
+                    .collect();
+                log_sum_exp(&terms) - half
+            }
+            Combination::HarmonicMean => {
+                let inverse: Vec<f64> = ln_p.iter().map(|p| -p).collect();
+                groups.ln() - log_sum_exp(&inverse)
+            }
+            Combination::Joint | Combination::Maximum => {
+                groups.ln() + ln_p.iter().copied().fold(f64::INFINITY, f64::min)
+            }
+        };
+        Score::new(-combined)
+    }
+}
+
+/// ln(x^i) for x >= 0, with 0^0 = 1.
+fn power_ln(x: f64, i: usize) -> f64 {
+    if i == 0 { 0.0 } else { i as f64 * x.ln() }
+}
+
+impl fmt::Display for Combination {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Combination {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        let found = Self::ALL.into_iter().find(|c| c.name() == text.trim());
+        found.ok_or_else(|| Error::Parameter {
+            name: "combination",
+            value: text.to_owned(),
+            expected: "one of joint, fisher, harmonic-mean, maximum",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(found: Score, expected: f64) {
+        assert!(
+            (found.value() - expected).abs() < 1e-12,
+            "{found:?} {expected}"
+        );
+    }
+
+    #[test]
+    fn combinations_by_hand() {
+        let ln_p = [0.1_f64.ln(), 0.5_f64.ln()];
+        // Two groups, h = ln 20: e^-h (1 + h) = (1 + ln 20) / 20.
+        near(
+            Combination::Fisher.score(&ln_p),
+            -((1.0 + 20.0_f64.ln()) / 20.0).ln(),
+        );
+        // 2 / (10 + 2).
+        near(Combination::HarmonicMean.score(&ln_p), 6.0_f64.ln());
+        near(Combination::Maximum.score(&ln_p), 5.0_f64.ln());
+        for way in [
+            Combination::Fisher,
+            Combination::HarmonicMean,
+            Combination::Maximum,
+        ] {
+            // A single group keeps its p-value.
+            near(way.score(&[0.03_f64.ln()]), -0.03_f64.ln());
+        }
+        near(Combination::Fisher.score(&[0.0, 0.0]), 0.0);
+    }
+
+    #[test]
+    fn a_smaller_p_value_never_lowers_the_score_and_tiny_ones_stay_finite() {
+        for way in [
+            Combination::Fisher,
+            Combination::HarmonicMean,
+            Combination::Maximum,
+        ] {
+            let mut before = way.score(&[-0.1, -0.2, -0.3]);
+            for step in 1..60 {
+                let next = way.score(&[-0.1, -0.2 - f64::from(step), -0.3]);
+                assert!(next >= before, "{way}");
+                before = next;
+            }
+            assert!(way.score(&[-1e200, -1.0, -2.0]).value() > 1e100, "{way}");
+        }
+    }
+
+    #[test]
+    fn names_round_trip() {
+        for way in Combination::ALL {
+            assert_eq!(way.to_string().parse::<Combination>().unwrap(), way);
+        }
+        assert!("mean".parse::<Combination>().is_err());
+    }
+}

@@ -1,0 +1,156 @@
+//! One density over all columns, or one for each group.
+
+use crate::calibration::{Combination, Reference};
+use crate::density::{Density, DensityConfig, DensityModel};
+use crate::error::{Error, expect_len};
+use crate::score::Score;
+use crate::statistics::Group;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// The fitted densities of a detector.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Densities {
+    /// One over all columns; groups are its marginals.
+    Joint(DensityModel),
+    /// One for each group, in the order of the groups.
+    PerGroup(Vec<DensityModel>),
+}
+
+/// Scores of one window before they are combined.
+pub(super) struct RawScores {
+    pub joint: Option<Score>,
+    pub groups: Vec<Score>,
+}
+
+/// Density settings with everything that the data choose settled: one entry for a joint density,
+/// else one per group.
+pub(super) struct Resolved {
+    configs: Vec<DensityConfig>,
+    joint: bool,
+}
+
+impl Resolved {
+    pub fn new(
+        config: &DensityConfig,
+        combination: Combination,
+        groups: &[Group],
+        rows: &[Vec<f64>],
+        logs: &[usize],
+    ) -> Result<Self, Error> {
+        let joint = combination == Combination::Joint;
+        let configs = if joint {
+            vec![config.resolve(rows, logs)?]
+        } else {
+            let each = groups
+                .iter()
+                .map(|g| config.resolve(&select_all(rows, g), logs));
+            each.collect::<Result<_, _>>()?
+        };
+        Ok(Self { configs, joint })
+    }
+
+    pub fn fit(
+        &self,
+        groups: &[Group],
+        rows: &[Vec<f64>],
+        logs: &[usize],
+    ) -> Result<Densities, Error> {
+        if self.joint {
+            return Ok(Densities::Joint(DensityModel::fit(
+                rows,
+                logs,
+                &self.configs[0],
+            )?));
+        }
+        let each = groups
+            .iter()
+            .zip(&self.configs)
+            .map(|(group, config)| DensityModel::fit(&select_all(rows, group), logs, config));
+        Ok(Densities::PerGroup(each.collect::<Result<_, _>>()?))
+    }
+}
+
+impl Densities {
+    /// The density of each group: marginals of a joint one.
+    pub(super) fn group_models(
+        &self,
+        groups: &[Group],
+    ) -> Result<Vec<Cow<'_, DensityModel>>, Error> {
+        match self {
+            Self::Joint(model) => groups
+                .iter()
+                .map(|group| Ok(Cow::Owned(model.marginal_model(&group.columns)?)))
+                .collect(),
+            Self::PerGroup(models) => Ok(models.iter().map(Cow::Borrowed).collect()),
+        }
+    }
+
+    /// `models` are those of [`group_models`](Self::group_models).
+    pub(super) fn score(
+        &self,
+        models: &[Cow<'_, DensityModel>],
+        groups: &[Group],
+        row: &[f64],
+    ) -> Result<RawScores, Error> {
+        let scores = groups
+            .iter()
+            .zip(models)
+            .map(|(group, model)| model.score(&select(row, group)));
+        Ok(RawScores {
+            joint: match self {
+                Self::Joint(model) => Some(model.score(row)?),
+                Self::PerGroup(_) => None,
+            },
+            groups: scores.collect::<Result<_, _>>()?,
+        })
+    }
+
+    pub(super) fn validate(&self, combination: Combination, groups: &[Group]) -> Result<(), Error> {
+        match self {
+            Self::Joint(model) if combination == Combination::Joint => {
+                let columns = groups.iter().map(|g| g.columns.len()).sum();
+                expect_len("columns of the density", columns, model.dimension())
+            }
+            Self::PerGroup(models) if combination != Combination::Joint => {
+                expect_len("densities of the groups", groups.len(), models.len())?;
+                for (group, model) in groups.iter().zip(models) {
+                    expect_len(
+                        "columns of a group's density",
+                        group.columns.len(),
+                        model.dimension(),
+                    )?;
+                }
+                Ok(())
+            }
+            _ => Err(Error::Inconsistent {
+                part: "densities",
+                reason: format!("they do not belong to the combination `{combination}`"),
+            }),
+        }
+    }
+}
+
+impl RawScores {
+    /// The score of the window: the joint one, else that of the groups' p-values.
+    pub fn combine(&self, combination: Combination, references: &[Reference]) -> Score {
+        self.joint.unwrap_or_else(|| {
+            let ln_p: Vec<f64> = self
+                .groups
+                .iter()
+                .zip(references)
+                .map(|(&score, reference)| reference.ln_p(score))
+                .collect();
+            combination.score(&ln_p)
+        })
+    }
+}
+
+fn select(row: &[f64], group: &Group) -> Vec<f64> {
+    group.columns.iter().map(|&c| row[c]).collect()
+}
+
+fn select_all(rows: &[Vec<f64>], group: &Group) -> Vec<Vec<f64>> {
+    rows.iter().map(|row| select(row, group)).collect()
+}
