@@ -115,3 +115,41 @@ impl Trajectory {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::synthetic::{Platform, trajectory};
+
+    #[test]
+    fn fingerprint_names_the_numbers_and_nothing_else() {
+        let log = trajectory(Platform::Vehicle, 1, 50, 10.0);
+        let print = log.fingerprint();
+        assert_eq!(print.len(), 64);
+        let mut other = log.clone();
+        other.name = "renamed".to_owned();
+        other.poses[3].translation.x = log.poses[3].translation.x;
+        assert_eq!(other.fingerprint(), print);
+        other.poses[3].translation.x = log.poses[3].translation.x.next_up();
+        assert_ne!(other.fingerprint(), print);
+        let mut other = log.clone();
+        other.stamps[49] += 1;
+        assert_ne!(other.fingerprint(), print);
+        let mut other = log.clone();
+        other.poses.truncate(49);
+        other.stamps.truncate(49);
+        assert_ne!(other.fingerprint(), print);
+    }
+
+    #[test]
+    fn distance_and_duration_are_those_of_the_log() {
+        let mut log = trajectory(Platform::Vehicle, 1, 50, 10.0);
+        for (index, pose) in log.poses.iter_mut().enumerate() {
+            pose.translation = dose3_lie::Vector::new(0.5 * index as f64, 0.0, 0.0);
+        }
+        assert!((log.distance() - 24.5).abs() < 1e-12);
+        assert!((log.duration() - 4.9).abs() < 1e-12);
+        // The step into a new stretch is not travelled.
+        log.breaks = vec![10];
+        assert!((log.distance() - 24.0).abs() < 1e-12);
+    }
+}

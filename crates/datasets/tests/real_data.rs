@@ -1,5 +1,7 @@
 //! The readers on the real data sets. Runs where `DOSE3_DATA` names the folder that holds them.
 
+#![allow(clippy::print_stderr)] // says what was measured, and that it was not run
+
 use std::path::PathBuf;
 
 use dose3_datasets::{
@@ -178,7 +180,7 @@ fn iros20() {
 #[test]
 fn tum_and_euroc() {
     let Some(root) = data("formats") else { return };
-    let logs = load_all(&[root.clone()], &LoadOptions::default()).unwrap();
+    let logs = load_all(std::slice::from_ref(&root), &LoadOptions::default()).unwrap();
     let found: Vec<_> = logs
         .iter()
         .map(|log| (log.format, log.len(), log.report.gaps))

@@ -1,6 +1,8 @@
 //! Small clean files of every format, to be damaged by the tests.
 #![allow(dead_code)] // every test binary uses its own part
 
+pub mod bad;
+
 use dose3_datasets::synthetic::{Platform, trajectory};
 use dose3_datasets::{Trajectory, write};
 
