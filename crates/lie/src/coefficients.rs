@@ -15,7 +15,7 @@ fn polynomial(x: f64, coefficients: &[f64]) -> f64 {
 /// `sin(angle) / angle`.
 pub(crate) fn sinc(angle: f64) -> f64 {
     // No cancellation here: only 0/0 itself has to be kept away.
-    if angle.abs() < 1e-8 {
+    if angle == 0.0 {
         1.0
     } else {
         angle.sin() / angle

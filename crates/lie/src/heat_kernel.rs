@@ -11,8 +11,9 @@
 //! ```
 //!
 //! The spectral sum needs about `9 / sigma` terms and, for small sigma, adds terms far larger than its
-//! result: at sigma = 0.3 its value at w = pi is rounding noise. The sum over images is all positive in
-//! effect, and its `k = 0` term alone is the known small-sigma closed form (Nikolayev and Savyolova, 1997).
+//! result: at sigma = 0.3 its value at w = pi is rounding noise. In the sum over images the
+//! largest terms are positive, and `k = -1, 0, 1` alone are the known closed form for small sigma (Nikolayev
+//! and Savyolova, "Normal distribution on the rotation group SO(3)", 1997).
 
 use std::f64::consts::{PI, TAU};
 

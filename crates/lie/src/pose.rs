@@ -3,8 +3,8 @@
 use nalgebra::Matrix4;
 use serde::{Deserialize, Serialize};
 
-use crate::project::{ProjectionError, orthogonality_error, project};
-use crate::{Matrix, Rotation, Vector, se3, so3};
+use crate::project::{ProjectionError, project};
+use crate::{Matrix, Rotation, Vector, so3};
 
 /// How far from orthogonal the rotation of a stored pose may be (see [`ProjectionError::TooFar`]).
 ///
@@ -99,7 +99,7 @@ impl std::ops::Mul for Pose {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
-        se3::compose(&self, &other)
+        self.compose(&other)
     }
 }
 
@@ -131,7 +131,6 @@ impl TryFrom<StoredPose> for Pose {
             return Err(ProjectionError::NotFinite);
         }
         project(&rotation, STORED_TOLERANCE)?;
-        debug_assert!(orthogonality_error(&rotation) <= STORED_TOLERANCE);
         // Kept as written, so that storing and reading gives back the same bits.
         Ok(Self::new(
             Rotation::from_matrix_unchecked(rotation),
