@@ -8,7 +8,7 @@ use dose3_model::{
 use crate::backward::Backward;
 use crate::forward::{Chunk, Network};
 use crate::gradient::OrderedGradient;
-use crate::plan::Plan;
+use crate::plan::{Op, Plan};
 use crate::simd::{Instructions, Isa};
 use crate::time::TimeTable;
 use crate::weights::{Weights, unpack_gradient};
@@ -87,6 +87,12 @@ impl Engine {
         self.workers.count()
     }
 
+    /// Floating-point operations of the matrix products of a forward pass, per window of
+    /// `length`: a multiplication and an addition each. A backward pass has about twice as many.
+    pub fn flops(&self, length: usize) -> u64 {
+        self.plan.flops(length)
+    }
+
     fn network(&self, length: usize) -> Network<'_> {
         Network {
             isa: self.isa,
@@ -108,7 +114,8 @@ impl Engine {
     /// Makes ready what only a backward pass needs.
     fn prepare_backward(&mut self, batch: usize) {
         if !self.backward_ready {
-            self.weights.pack_backward(&self.plan, &self.values);
+            self.weights
+                .pack_backward(&self.workers, self.isa, &self.plan, &self.values);
             self.backward_ready = true;
         }
         if self.gradients.is_empty() {
@@ -122,24 +129,54 @@ impl Engine {
 
     /// Collects the flat gradient from those of the maps.
     fn collect(&mut self, gradient: &mut [f32]) {
-        gradient.fill(0.0);
-        let Plan { maps, ops, .. } = &self.plan;
-        for (map, sum) in maps.iter().zip(&mut self.gradients) {
-            let sum = sum.get();
-            unpack_gradient(map, &self.values, &sum.matrices, gradient);
+        let Self {
+            plan,
+            values,
+            gradients,
+            workers,
+            isa,
+            ..
+        } = self;
+        let mut sums: Vec<_> = gradients.iter_mut().map(OrderedGradient::get).collect();
+        // The heads of an attention share a weight, whose gain lies before it.
+        let mut tasks = Vec::new();
+        let (mut rest, mut at) = (&mut *gradient, 0);
+        for group in plan.maps_by_weight() {
+            let map = &plan.maps[group[0]];
+            let first = map.gain.unwrap_or(map.weight);
+            let end = map.weight + map.weight_len;
+            let (_, after) = rest.split_at_mut(first - at);
+            let (own, after) = after.split_at_mut(end - first);
+            tasks.push((group, first, own));
+            (rest, at) = (after, end);
+        }
+        let shared: &[_] = &sums;
+        workers.for_each(tasks, |(group, base, flat)| {
+            if let Some(gain) = plan.maps[group[0]].gain {
+                flat[gain - base..][..plan.maps[group[0]].inputs].fill(0.0);
+            }
+            for &id in group {
+                unpack_gradient(
+                    *isa,
+                    &plan.maps[id],
+                    values,
+                    &shared[id].matrices,
+                    base,
+                    flat,
+                );
+            }
+        });
+        for (map, sum) in plan.maps.iter().zip(&mut sums) {
             if let Some(at) = map.bias {
                 gradient[at..at + map.outputs].copy_from_slice(&sum.bias);
             }
         }
-        for op in ops {
-            let crate::plan::Op::Block(block) = op else {
-                continue;
-            };
+        for op in &plan.ops {
+            let Op::Block(block) = op else { continue };
             for (conv, norm) in [(block.conv1, block.norm1), (block.conv2, block.norm2)] {
-                let sum = self.gradients[conv].get();
-                let count = sum.gain.len();
-                gradient[norm.gain..norm.gain + count].copy_from_slice(&sum.gain);
-                gradient[norm.offset..norm.offset + count].copy_from_slice(&sum.offset);
+                let (gain, offset) = (&sums[conv].gain, &sums[conv].offset);
+                gradient[norm.gain..norm.gain + gain.len()].copy_from_slice(gain);
+                gradient[norm.offset..norm.offset + offset.len()].copy_from_slice(offset);
             }
         }
     }
@@ -160,7 +197,8 @@ impl NoiseModel for Engine {
         check_values(&self.plan.layout, values)?;
         self.values.clear();
         self.values.extend_from_slice(values);
-        self.weights.pack_forward(&self.plan, &self.values);
+        self.weights
+            .pack_forward(&self.workers, self.isa, &self.plan, &self.values);
         self.backward_ready = false;
         self.time.clear();
         Ok(())

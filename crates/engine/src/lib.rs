@@ -12,6 +12,7 @@ mod math;
 mod matmul;
 mod norm_kernels;
 mod plan;
+mod row_moments;
 mod simd;
 mod slots;
 mod time;

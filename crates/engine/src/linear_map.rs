@@ -131,6 +131,8 @@ pub(crate) struct LinearMap {
     pub(crate) parts: Vec<Part>,
     /// Size of the gradient of all matrices.
     pub(crate) gradient_len: usize,
+    /// Numbers in the stored weight, which may have other maps' rows too.
+    pub(crate) weight_len: usize,
 }
 
 impl LinearMap {

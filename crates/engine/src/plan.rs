@@ -126,12 +126,49 @@ pub(crate) struct Plan {
     pub(crate) gradients: Slots,
     pub(crate) attentions: usize,
     pub(crate) blocks: usize,
+    /// Maps that share a weight, in the order of the weights.
+    by_weight: Vec<Vec<usize>>,
 }
 
 impl Plan {
     /// For a configuration that is valid.
     pub(crate) fn new(config: &UNetConfig) -> Self {
         Builder::new(config).build()
+    }
+
+    /// Maps grouped by their weight, in the order in which these lie in the flat parameters.
+    pub(crate) fn maps_by_weight(&self) -> &[Vec<usize>] {
+        &self.by_weight
+    }
+
+    /// Floating-point operations of all products of a forward pass, per sample: a
+    /// multiplication and an addition each.
+    pub(crate) fn flops(&self, length: usize) -> u64 {
+        let mut sum = 0;
+        for op in &self.ops {
+            let rows = self.tensors[op.output()].rows(length);
+            let mut add = |map: usize| {
+                for part in &self.maps[map].parts {
+                    for matrix in &part.forward {
+                        sum += rows / matrix.application.output_step * matrix.k * matrix.n;
+                    }
+                }
+            };
+            match op {
+                Op::Map { map, .. } => add(*map),
+                Op::Block(block) => {
+                    let maps = [block.conv1, block.conv2].into_iter().chain(block.residual);
+                    maps.for_each(add);
+                }
+                Op::Attention(attention) => {
+                    attention.heads.iter().for_each(|&head| add(head));
+                    add(attention.out);
+                    // Scores and the values they weigh.
+                    sum += 2 * rows * rows * self.config.attention_width();
+                }
+            }
+        }
+        2 * sum as u64
     }
 
     /// Most channels of any tensor.
@@ -142,6 +179,14 @@ impl Plan {
             .max()
             .unwrap_or(0)
     }
+}
+
+fn group_by_weight(maps: &[LinearMap]) -> Vec<Vec<usize>> {
+    let mut groups = std::collections::BTreeMap::<usize, Vec<usize>>::new();
+    for (id, map) in maps.iter().enumerate() {
+        groups.entry(map.weight).or_default().push(id);
+    }
+    groups.into_values().collect()
 }
 
 struct Builder<'c> {
@@ -231,8 +276,9 @@ impl<'c> Builder<'c> {
             layout: self.layout,
             tensors: self.tensors,
             ops: self.ops,
-            maps: self.maps,
             blocks: time.blocks.len(),
+            by_weight: group_by_weight(&self.maps),
+            maps: self.maps,
             time,
             forward_len: self.forward_len,
             backward_len: self.backward_len,
@@ -263,7 +309,8 @@ impl<'c> Builder<'c> {
     /// The map of a layer whose input channels come in `parts`.
     fn map(&mut self, name: &str, form: Form, parts: &[usize], standardised: bool) -> usize {
         let weight = format!("{name}.weight");
-        let outputs = self.layout.find(&weight).map_or(0, |spec| spec.shape[0]);
+        let spec = self.layout.find(&weight);
+        let (outputs, weight_len) = spec.map_or((0, 0), |spec| (spec.shape[0], spec.size()));
         let map = LinearMap {
             weight: self.offset(&weight),
             form,
@@ -275,6 +322,7 @@ impl<'c> Builder<'c> {
             standardised,
             parts: Vec::new(),
             gradient_len: 0,
+            weight_len,
         };
         self.add(map, parts)
     }
@@ -405,6 +453,7 @@ impl<'c> Builder<'c> {
                 standardised: false,
                 parts: Vec::new(),
                 gradient_len: 0,
+                weight_len: 3 * inner * channels,
             };
             self.add(map, &[channels])
         });

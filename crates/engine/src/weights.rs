@@ -1,12 +1,19 @@
 //! From flat parameters to packed matrices, and from their gradients back.
+//!
+//! Sixteen outputs at a time go through a small block `[inputs * taps, 16]`: there the taps of
+//! a weight are rows of contiguous outputs, as in the packed forward matrices and in the
+//! gradients.
 
 use crate::buffer::Buffer;
 use crate::linear_map::{LinearMap, Matrix, Part};
 use crate::matmul::{PANEL, panel_width};
 use crate::plan::Plan;
+use crate::row_moments::{row_moments, standardise, standardise_backward};
+use crate::simd::Isa;
+use crate::workers::Workers;
 
-/// Added to the variance of a standardised weight.
-const EPSILON: f64 = 1e-5;
+/// Outputs that are turned over together; divides [`PANEL`].
+const OUTPUTS: usize = 16;
 
 /// The packed weights of one parameter set.
 pub(crate) struct Weights {
@@ -23,30 +30,133 @@ impl Weights {
     }
 
     /// Packs the matrices of the forward pass.
-    pub(crate) fn pack_forward(&mut self, plan: &Plan, values: &[f32]) {
-        let mut row = Vec::new();
-        for map in &plan.maps {
-            for (o, source) in map.weight_rows().enumerate() {
-                effective_row(map, values, source, &mut row);
-                for part in &map.parts {
-                    for matrix in &part.forward {
-                        scatter_forward(map, part, matrix, o, &row, &mut self.forward);
-                    }
-                }
-            }
-        }
+    pub(crate) fn pack_forward(
+        &mut self,
+        workers: &Workers,
+        isa: Isa,
+        plan: &Plan,
+        values: &[f32],
+    ) {
+        let first = |part: &Part| part.forward[0].offset;
+        let tasks = by_map(&plan.maps, first, &mut self.forward);
+        workers.for_each(tasks, |(map, base, packed)| {
+            pack_forward(isa, map, values, base, packed)
+        });
     }
 
     /// Packs the matrices of the backward pass.
-    pub(crate) fn pack_backward(&mut self, plan: &Plan, values: &[f32]) {
+    pub(crate) fn pack_backward(
+        &mut self,
+        workers: &Workers,
+        isa: Isa,
+        plan: &Plan,
+        values: &[f32],
+    ) {
         self.backward.grow(plan.backward_len);
-        let mut row = Vec::new();
-        for map in &plan.maps {
-            for (o, source) in map.weight_rows().enumerate() {
-                effective_row(map, values, source, &mut row);
-                for part in &map.parts {
-                    for matrix in &part.backward {
-                        scatter_backward(map, part, matrix, o, &row, &mut self.backward);
+        let first = |part: &Part| part.backward[0].offset;
+        let tasks = by_map(&plan.maps, first, &mut self.backward);
+        workers.for_each(tasks, |(map, base, packed)| {
+            pack_backward(isa, map, values, base, packed)
+        });
+    }
+}
+
+/// Cuts packed weights into those of each map, with the offset at which they begin.
+fn by_map<'a>(
+    maps: &'a [LinearMap],
+    first: impl Fn(&Part) -> usize,
+    mut packed: &'a mut [f32],
+) -> Vec<(&'a LinearMap, usize, &'a mut [f32])> {
+    let starts: Vec<usize> = maps.iter().map(|map| first(&map.parts[0])).collect();
+    let mut tasks = Vec::with_capacity(maps.len());
+    for (i, map) in maps.iter().enumerate() {
+        let size = starts
+            .get(i + 1)
+            .map_or(packed.len(), |next| next - starts[i]);
+        let (own, rest) = packed.split_at_mut(size);
+        tasks.push((map, starts[i], own));
+        packed = rest;
+    }
+    tasks
+}
+
+/// Writes the weights of one output as they act, `[inputs, taps]`: standardised, or with the
+/// gain.
+fn effective_row(isa: Isa, map: &LinearMap, values: &[f32], source: usize, row: &mut [f32]) {
+    let taps = map.form.taps();
+    let weight = &values[map.weight + source * row.len()..][..row.len()];
+    if map.standardised {
+        let (mean, inverse) = row_moments(isa, weight);
+        standardise(isa, weight, mean, inverse, row);
+    } else if let Some(gain) = map.gain {
+        let gains = values[gain..gain + map.inputs].iter();
+        for ((row, weight), gain) in row
+            .chunks_exact_mut(taps)
+            .zip(weight.chunks_exact(taps))
+            .zip(gains)
+        {
+            row.iter_mut()
+                .zip(weight)
+                .for_each(|(row, weight)| *row = weight * gain);
+        }
+    } else {
+        row.copy_from_slice(weight);
+    }
+}
+
+/// `block[j][r] = rows[r][j]` for up to 16 rows.
+fn turn(rows: &[f32], size: usize, block: &mut [f32]) {
+    // Blocks of both sides that stay in the first-level cache.
+    for from in (0..size).step_by(32) {
+        let to = size.min(from + 32);
+        for (r, row) in rows.chunks_exact(size).enumerate() {
+            for (j, &value) in row[from..to].iter().enumerate() {
+                block[(from + j) * OUTPUTS + r] = value;
+            }
+        }
+    }
+}
+
+/// The inverse of [`turn`].
+fn turn_back(block: &[f32], size: usize, rows: &mut [f32]) {
+    for from in (0..size).step_by(32) {
+        let to = size.min(from + 32);
+        for (r, row) in rows.chunks_exact_mut(size).enumerate() {
+            for (j, value) in row[from..to].iter_mut().enumerate() {
+                *value = block[(from + j) * OUTPUTS + r];
+            }
+        }
+    }
+}
+
+/// Taps in a mask.
+fn set_bits(mask: u32) -> impl Iterator<Item = usize> {
+    (0..32).filter(move |tap| mask >> tap & 1 == 1)
+}
+
+fn pack_forward(isa: Isa, map: &LinearMap, values: &[f32], base: usize, packed: &mut [f32]) {
+    let taps = map.form.taps();
+    let size = map.inputs * taps;
+    let mut rows = vec![0.0; OUTPUTS * size];
+    let mut block = vec![0.0; OUTPUTS * size];
+    let sources: Vec<usize> = map.weight_rows().collect();
+    for (b, sources) in sources.chunks(OUTPUTS).enumerate() {
+        let rows = &mut rows[..sources.len() * size];
+        for (row, &source) in rows.chunks_exact_mut(size).zip(sources) {
+            effective_row(isa, map, values, source, row);
+        }
+        turn(rows, size, &mut block);
+        let output = b * OUTPUTS;
+        for part in &map.parts {
+            for matrix in &part.forward {
+                let panel = output / PANEL * PANEL;
+                let width = panel_width(matrix.n, panel);
+                let start = matrix.offset - base + panel * matrix.k + (output - panel);
+                for (t, &mask) in matrix.application.taps.iter().enumerate() {
+                    for ci in 0..part.channels {
+                        let to = start + (t * part.channels + ci) * width;
+                        let to = &mut packed[to..to + OUTPUTS];
+                        sum_taps(&block, (part.first + ci) * taps, mask, to);
                     }
                 }
             }
@@ -54,137 +164,112 @@ impl Weights {
     }
 }
 
-/// Mean and `1 / sqrt(variance + 1e-5)` of a weight row.
-fn moments(row: &[f32]) -> (f64, f64) {
-    let count = row.len() as f64;
-    let mean = row.iter().map(|&w| f64::from(w)).sum::<f64>() / count;
-    let variance = row
-        .iter()
-        .map(|&w| (f64::from(w) - mean).powi(2))
-        .sum::<f64>()
-        / count;
-    (mean, 1.0 / (variance + EPSILON).sqrt())
-}
-
-/// The weights of one output as they act: `[inputs, taps]`, standardised or with the gain.
-fn effective_row(map: &LinearMap, values: &[f32], source: usize, row: &mut Vec<f32>) {
-    let taps = map.form.taps();
-    let size = map.inputs * taps;
-    let weight = &values[map.weight + source * size..][..size];
-    row.clear();
-    if map.standardised {
-        let (mean, inverse) = moments(weight);
-        row.extend(
-            weight
-                .iter()
-                .map(|&w| ((f64::from(w) - mean) * inverse) as f32),
-        );
-    } else if let Some(gain) = map.gain {
-        let gains = values[gain..gain + map.inputs]
-            .iter()
-            .flat_map(|g| std::iter::repeat_n(g, taps));
-        row.extend(weight.iter().zip(gains).map(|(w, g)| w * g));
-    } else {
-        row.extend_from_slice(weight);
+/// `to = sum of the chosen rows` of a block.
+fn sum_taps(block: &[f32], first: usize, mask: u32, to: &mut [f32]) {
+    let mut taps = set_bits(mask).map(|tap| &block[(first + tap) * OUTPUTS..][..OUTPUTS]);
+    if let Some(one) = taps.next() {
+        to.copy_from_slice(one);
+    }
+    for more in taps {
+        to.iter_mut().zip(more).for_each(|(to, more)| *to += more);
     }
 }
 
-/// The sum of the taps in `mask`.
-fn masked(taps: &[f32], mask: u32) -> f32 {
-    let chosen = taps.iter().enumerate().filter(|(t, _)| mask >> t & 1 == 1);
-    chosen.map(|(_, w)| w).sum()
-}
-
-fn scatter_forward(
-    map: &LinearMap,
-    part: &Part,
-    matrix: &Matrix,
-    output: usize,
-    row: &[f32],
-    packed: &mut [f32],
-) {
-    let taps = map.form.taps();
-    let panel = output / PANEL * PANEL;
-    let width = panel_width(matrix.n, panel);
-    let base = matrix.offset + panel * matrix.k + (output - panel);
-    for (t, &mask) in matrix.application.taps.iter().enumerate() {
-        for ci in 0..part.channels {
-            let source = &row[(part.first + ci) * taps..][..taps];
-            packed[base + (t * part.channels + ci) * width] = masked(source, mask);
+fn pack_backward(isa: Isa, map: &LinearMap, values: &[f32], base: usize, packed: &mut [f32]) {
+    let mut row = vec![0.0; map.inputs * map.form.taps()];
+    for (output, source) in map.weight_rows().enumerate() {
+        effective_row(isa, map, values, source, &mut row);
+        for part in &map.parts {
+            for matrix in &part.backward {
+                match map.form.taps() {
+                    1 => spread::<1>(map, part, matrix, output, &row, base, packed),
+                    3 => spread::<3>(map, part, matrix, output, &row, base, packed),
+                    4 => spread::<4>(map, part, matrix, output, &row, base, packed),
+                    // The first convolution: nothing asks for the gradient at the input.
+                    _ => {}
+                }
+            }
         }
     }
 }
 
-fn scatter_backward(
+/// Puts one output's weights into the rows of a backward matrix that belong to it.
+fn spread<const TAPS: usize>(
     map: &LinearMap,
     part: &Part,
     matrix: &Matrix,
     output: usize,
     row: &[f32],
+    base: usize,
     packed: &mut [f32],
 ) {
-    let taps = map.form.taps();
     for (t, &mask) in matrix.application.taps.iter().enumerate() {
         let k = t * map.outputs + output;
-        for ci in 0..part.channels {
-            let panel = ci / PANEL * PANEL;
+        let on: [f32; TAPS] = std::array::from_fn(|tap| (mask >> tap & 1) as f32);
+        for panel in (0..part.channels).step_by(PANEL) {
             let width = panel_width(matrix.n, panel);
-            let source = &row[(part.first + ci) * taps..][..taps];
-            packed[matrix.offset + panel * matrix.k + k * width + (ci - panel)] =
-                masked(source, mask);
+            let count = width.min(part.channels - panel);
+            let to = &mut packed[matrix.offset - base + panel * matrix.k + k * width..][..count];
+            let from = &row[(part.first + panel) * TAPS..][..count * TAPS];
+            for (to, from) in to.iter_mut().zip(from.as_chunks::<TAPS>().0) {
+                *to = from.iter().zip(on).map(|(w, on)| w * on).sum();
+            }
         }
     }
 }
 
-/// Adds the gradient of a map's matrices, as they act, to that of its stored weight (and gain).
-pub(crate) fn unpack_gradient(map: &LinearMap, values: &[f32], matrices: &[f32], flat: &mut [f32]) {
+/// The gradient of a map's stored weight from that of its matrices. `flat` is a part of the
+/// flat gradient that begins at parameter `base` and holds the weight and its gain.
+pub(crate) fn unpack_gradient(
+    isa: Isa,
+    map: &LinearMap,
+    values: &[f32],
+    matrices: &[f32],
+    base: usize,
+    flat: &mut [f32],
+) {
     let taps = map.form.taps();
     let size = map.inputs * taps;
-    let mut row = vec![0.0f32; size];
-    for (o, source) in map.weight_rows().enumerate() {
-        row.fill(0.0);
+    let mut rows = vec![0.0; OUTPUTS * size];
+    let mut block = vec![0.0; OUTPUTS * size];
+    let sources: Vec<usize> = map.weight_rows().collect();
+    for (b, sources) in sources.chunks(OUTPUTS).enumerate() {
+        let output = b * OUTPUTS;
+        block.fill(0.0);
         for part in &map.parts {
             for (matrix, &offset) in part.forward.iter().zip(&part.gradient) {
                 for (t, &mask) in matrix.application.taps.iter().enumerate() {
                     for ci in 0..part.channels {
-                        let g = matrices[offset + (t * part.channels + ci) * matrix.n + o];
-                        let to = &mut row[(part.first + ci) * taps..][..taps];
-                        for (tap, to) in to.iter_mut().enumerate() {
-                            if mask >> tap & 1 == 1 {
-                                *to += g;
-                            }
+                        let from = offset + (t * part.channels + ci) * matrix.n + output;
+                        let from = &matrices[from..from + sources.len()];
+                        for tap in set_bits(mask) {
+                            let to =
+                                &mut block[((part.first + ci) * taps + tap) * OUTPUTS..][..OUTPUTS];
+                            to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
                         }
                     }
                 }
             }
         }
-        let at = map.weight + source * size;
-        let weight = &values[at..at + size];
-        if map.standardised {
-            standardise_backward(weight, &mut row);
-        } else if let Some(gain) = map.gain {
-            for ci in 0..map.inputs {
-                for t in ci * taps..(ci + 1) * taps {
-                    flat[gain + ci] += row[t] * weight[t];
-                    row[t] *= values[gain + ci];
+        let rows = &mut rows[..sources.len() * size];
+        turn_back(&block, size, rows);
+        for (row, &source) in rows.chunks_exact_mut(size).zip(sources) {
+            let at = map.weight + source * size;
+            let weight = &values[at..at + size];
+            let to = &mut flat[at - base..at - base + size];
+            if map.standardised {
+                let (mean, inverse) = row_moments(isa, weight);
+                standardise_backward(isa, weight, mean, inverse, row, to);
+            } else {
+                to.copy_from_slice(row);
+            }
+            if let Some(gain) = map.gain {
+                for ci in 0..map.inputs {
+                    let gradient = &mut flat[gain - base + ci];
+                    *gradient += row[ci] * weight[ci];
+                    flat[at - base + ci] = row[ci] * values[gain + ci];
                 }
             }
         }
-        flat[at..at + size].copy_from_slice(&row);
-    }
-}
-
-/// From the gradient at a standardised weight row to that at the stored one.
-fn standardise_backward(weight: &[f32], gradient: &mut [f32]) {
-    let (mean, inverse) = moments(weight);
-    let count = weight.len() as f64;
-    let (mut sum, mut product) = (0.0, 0.0);
-    for (&w, &g) in weight.iter().zip(&*gradient) {
-        sum += f64::from(g);
-        product += f64::from(g) * (f64::from(w) - mean) * inverse;
-    }
-    for (&w, g) in weight.iter().zip(gradient) {
-        let unit = (f64::from(w) - mean) * inverse;
-        *g = (inverse * (f64::from(*g) - sum / count - unit * product / count)) as f32;
     }
 }

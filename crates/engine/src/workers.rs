@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use dose3_model::ModelError;
+use rayon::prelude::*;
 
 /// The threads of one engine.
 pub(crate) struct Workers {
@@ -43,6 +44,19 @@ impl Workers {
         match &self.pool {
             None => work(0),
             Some(pool) => pool.install(|| split(0, self.count, work)),
+        }
+    }
+}
+
+impl Workers {
+    /// Works through independent items.
+    pub(crate) fn for_each<T: Send>(&self, items: Vec<T>, work: impl Fn(T) + Sync + Send) {
+        match &self.pool {
+            None => items.into_iter().for_each(work),
+            // One at a time: they differ much in size.
+            Some(pool) => pool.install(|| {
+                items.into_par_iter().with_max_len(1).for_each(work);
+            }),
         }
     }
 }
