@@ -1,6 +1,6 @@
 //! Passes of the attention over rows of one sample.
 
-use crate::math::exp;
+use crate::math::exp2;
 use crate::matmul::{PANEL, panel_width};
 use crate::simd::{Simd, dispatch, load_up_to, store_up_to};
 
@@ -48,7 +48,7 @@ dispatch! {
 }
 
 dispatch! {
-    /// `exp` of every score in place, and the inverse of each row's sum.
+    /// `2^score` of every score in place, and the inverse of each row's sum.
     pub(crate) fn exponentials(
         scores: &mut [f32], row: usize, columns: usize, inverse_sums: &mut [f32],
     ) = exponentials_body
@@ -61,14 +61,24 @@ dispatch! {
 }
 
 dispatch! {
-    /// `p = p * factor` (the probabilities), then `d = p * (d - sum(p * d))` per row.
+    /// `p = p * factor` (the probabilities), then `d = ln(2) p * (d - sum(p * d))` per row:
+    /// the gradient at scores that are exponents of 2.
     pub(crate) fn softmax_backward(
         p: &mut [f32], d: &mut [f32], row: usize, columns: usize, factors: &[f32],
     ) = softmax_backward_body
 }
 
-/// Packs `count` rows of `columns` as a right side `[columns, count]`: transposed.
-pub(crate) fn pack_transposed(
+dispatch! {
+    /// Packs `count` rows of `columns` as a right side `[columns, count]`: transposed.
+    pub(crate) fn pack_transposed(
+        data: &[f32], at: RowsAt, count: usize, columns: usize, packed: &mut [f32],
+    ) = pack_transposed_body
+}
+
+/// # Safety
+/// The machine has `S` (as for all bodies here).
+#[inline(always)]
+unsafe fn pack_transposed_body<S: Simd>(
     data: &[f32],
     at: RowsAt,
     count: usize,
@@ -79,10 +89,22 @@ pub(crate) fn pack_transposed(
     for first in (0..count).step_by(PANEL) {
         let width = panel_width(count, first);
         let panel = &mut packed[first * columns..][..width * columns];
-        for r in first..count.min(first + width) {
-            let row = &data[at.start + r * at.row..][..columns];
-            for (column, &value) in row.iter().enumerate() {
-                panel[column * width + (r - first)] = value;
+        let rows = width.min(count - first);
+        let whole = (rows / S::LANES * S::LANES, columns / S::LANES * S::LANES);
+        for r in (0..whole.0).step_by(S::LANES) {
+            for c in (0..whole.1).step_by(S::LANES) {
+                // SAFETY: whole blocks within the rows and the panel checked above.
+                unsafe {
+                    let from = data.as_ptr().add(at.start + (first + r) * at.row + c);
+                    S::transpose(from, at.row, panel.as_mut_ptr().add(c * width + r), width);
+                }
+            }
+        }
+        for r in 0..rows {
+            let row = &data[at.start + (first + r) * at.row..][..columns];
+            let from = if r < whole.0 { whole.1 } else { 0 };
+            for (column, &value) in row.iter().enumerate().skip(from) {
+                panel[column * width + r] = value;
             }
         }
     }
@@ -271,9 +293,9 @@ unsafe fn exponentials_body<S: Simd>(
             let mut sum = S::splat(0.0);
             for c in (0..columns).step_by(S::LANES) {
                 let n = columns - c;
-                let e = exp::<S>(load_up_to::<S>(x.add(c), n));
+                let e = exp2::<S>(load_up_to::<S>(x.add(c), n));
                 store_up_to::<S>(x.add(c), n, e);
-                // Lanes past the end are exp(0).
+                // Lanes past the end are 2^0.
                 let e = if n < S::LANES {
                     S::load_part(x.add(c), n)
                 } else {
@@ -329,6 +351,7 @@ unsafe fn softmax_backward_body<S: Simd>(
                 let n = columns - c;
                 let centred = S::sub(load_up_to::<S>(d.add(c), n), mean);
                 let s = S::mul(load_up_to::<S>(p.add(c), n), centred);
+                let s = S::mul(s, S::splat(std::f32::consts::LN_2));
                 store_up_to::<S>(d.add(c), n, s);
             }
         }

@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::attention_kernels::{
-    RowsAt, normalise_rows_backward, pack_rows, pack_transposed, scale_rows, softmax_backward,
+    RowsAt, normalise_rows_backward, pack_rows, pack_transposed, softmax_backward,
     standardise_rows_backward,
 };
 use crate::buffer::Buffer;
@@ -452,7 +452,6 @@ impl Backward<'_> {
                 &mut dx[dy.1.range(s, rows)],
             );
         }
-        debug_assert_eq!(length >> tensor.shift, rows);
         Ok(())
     }
 
@@ -475,6 +474,7 @@ impl Backward<'_> {
             row: 3 * dim,
         };
         pack_transposed(
+            isa,
             &scratch.qkv,
             at(2 * dim),
             rows,
@@ -582,7 +582,6 @@ impl Backward<'_> {
         for (row, value) in b.value.chunks_exact(dim).enumerate().take(rows) {
             out[row * 3 * dim + 2 * dim..][..dim].copy_from_slice(value);
         }
-        let _ = scale_rows;
     }
 }
 

@@ -182,10 +182,13 @@ impl Engine {
     }
 }
 
-/// Samples that are computed together: of no influence on results when scoring; when
-/// training it fixes the order of summation, so it may not depend on the threads.
-fn chunk_size(batch: usize) -> usize {
-    (batch / 8).clamp(1, 8)
+/// Most windows that a worker takes at once when scoring.
+const SCORED: usize = 16;
+
+/// Windows whose gradients are added up before they join the others'. It fixes the order of
+/// summation, so it may not depend on the threads.
+fn training_chunk(batch: usize) -> usize {
+    (batch / 4).clamp(1, 8)
 }
 
 impl NoiseModel for Engine {
@@ -208,7 +211,11 @@ impl NoiseModel for Engine {
         input.check(&self.plan.config)?;
         input.check_output(&self.plan.config, output)?;
         self.look_up(input.steps);
-        let chunk = chunk_size(input.batch);
+        // A window's result does not depend on its chunk, so threads may decide its size.
+        let chunk = input
+            .batch
+            .div_ceil(2 * self.workers.count())
+            .clamp(1, SCORED);
         let network = self.network(input.length);
         let sample = input.length * self.plan.config.in_channels;
         let size = chunk * input.length * self.plan.config.out_channels;
@@ -244,7 +251,7 @@ impl NoiseModel for Engine {
         check_count(&self.plan.layout, "the gradient", gradient)?;
         self.look_up(input.steps);
         self.prepare_backward(input.batch);
-        let chunk = chunk_size(input.batch);
+        let chunk = training_chunk(input.batch);
         let mut time_gradient = std::mem::take(&mut self.time_gradient);
         let network = self.network(input.length);
         let columns = self.plan.time.columns;

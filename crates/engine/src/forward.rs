@@ -12,8 +12,8 @@ use crate::plan::{Attention, Block, NormAt, Op, Plan, Tensor};
 use crate::simd::Isa;
 use crate::workspace::{AttentionScratch, Workspace, group_size, query_tile};
 
-/// `10 q . k` are the scores: the factor goes into the queries.
-pub(crate) const QUERY_LENGTH: f32 = 10.0;
+/// The scores are `10 q . k`, and `exp(s) = 2^(s / ln 2)`: both factors go into the queries.
+pub(crate) const QUERY_LENGTH: f32 = 10.0 * std::f32::consts::LOG2_E;
 
 /// What all chunks of a call share.
 #[derive(Clone, Copy)]
@@ -444,7 +444,7 @@ impl Network<'_> {
         );
     }
 
-    /// Query (of length 10), key (of length 1) and value of one head and sample.
+    /// Query (of length `10 / ln 2`), key (of length 1) and value of one head and sample.
     pub(crate) fn head(&self, map: usize, s: usize, rows: usize, scratch: &mut AttentionScratch) {
         let map = self.map(map);
         let dim = self.plan.config.head_dim;
@@ -474,7 +474,14 @@ impl Network<'_> {
         );
         let keys = &mut scratch.key_factors[..rows];
         normalise_rows(self.isa, &mut scratch.qkv, at(dim), dim, 1.0, keys);
-        pack_transposed(&scratch.qkv, at(dim), rows, dim, &mut scratch.keys);
+        pack_transposed(
+            self.isa,
+            &scratch.qkv,
+            at(dim),
+            rows,
+            dim,
+            &mut scratch.keys,
+        );
     }
 
     /// Exponentials of the scores of queries `from .. from + count`, not yet divided by the

@@ -76,11 +76,28 @@ pub(crate) fn forward(
 /// `a` and `b` with `x * a + b = norm(x) * (1 + scale) + shift`.
 fn coefficients(affine: &Affine<'_>, statistics: &[f32], a: &mut [f32], b: &mut [f32]) {
     let size = affine.channels() / affine.groups;
-    for c in 0..affine.channels() {
-        let (mean, inverse) = (statistics[c / size * 2], statistics[c / size * 2 + 1]);
-        let (scale, shift) = affine.modulation(c);
-        a[c] = inverse * affine.gain[c] * scale;
-        b[c] = shift + scale * (affine.offset[c] - mean * inverse * affine.gain[c]);
+    for (g, statistics) in statistics
+        .as_chunks::<2>()
+        .0
+        .iter()
+        .enumerate()
+        .take(affine.groups)
+    {
+        let [mean, inverse] = *statistics;
+        let range = g * size..(g + 1) * size;
+        let (a, b) = (&mut a[range.clone()], &mut b[range.clone()]);
+        let (gain, offset) = (&affine.gain[range.clone()], &affine.offset[range.clone()]);
+        for c in 0..size {
+            a[c] = inverse * gain[c];
+            b[c] = offset[c] - mean * a[c];
+        }
+        if let Some((scale, shift)) = affine.scale_shift {
+            let (scale, shift) = (&scale[range.clone()], &shift[range]);
+            for c in 0..size {
+                a[c] += a[c] * scale[c];
+                b[c] += b[c] * scale[c] + shift[c];
+            }
+        }
     }
 }
 
@@ -113,10 +130,10 @@ pub(crate) fn backward(
     let size = channels / affine.groups;
     let [sum, product, a, b, xa, xb] = &mut scratch.vectors;
     coefficients(affine, statistics, a, b);
-    for c in 0..channels {
-        let (mean, inverse) = (statistics[c / size * 2], statistics[c / size * 2 + 1]);
-        xa[c] = inverse;
-        xb[c] = -mean * inverse;
+    for (g, statistics) in statistics.as_chunks::<2>().0.iter().enumerate() {
+        let [mean, inverse] = *statistics;
+        xa[g * size..(g + 1) * size].fill(inverse);
+        xb[g * size..(g + 1) * size].fill(-mean * inverse);
     }
     affine_silu_backward(isa, upstream, x, channels, a, b, xa, xb, du, sum, product);
 

@@ -301,8 +301,18 @@ unsafe fn outer_body<S: Simd>(
             for row in 0..rows {
                 let from = rhs.start + sample * rhs.sample + row * rhs.row + column;
                 let to = (sample * rows + row) * width;
-                scratch[to..to + columns].copy_from_slice(&rhs.data[from..from + columns]);
-                scratch[to + columns..to + width].fill(0.0);
+                // SAFETY: a row of `rhs` and of the scratch panel, both checked above.
+                unsafe {
+                    let from = rhs.data.as_ptr().add(from);
+                    let to = scratch.as_mut_ptr().add(to);
+                    for at in (0..width).step_by(S::LANES) {
+                        let value = match columns.saturating_sub(at) {
+                            0 => S::splat(0.0),
+                            left => load_up_to::<S>(from.add(at), left),
+                        };
+                        S::store(to.add(at), value);
+                    }
+                }
             }
         }
         let piece = Product {

@@ -331,7 +331,7 @@ impl<'c> Builder<'c> {
     fn add(&mut self, mut map: LinearMap, parts: &[usize]) -> usize {
         let mut first = 0;
         for &channels in parts {
-            let mut place = |applications: Vec<_>, inner: usize, n: usize, len: &mut usize| {
+            let place = |applications: Vec<_>, inner: usize, n: usize, len: &mut usize| {
                 let matrices =
                     applications
                         .into_iter()

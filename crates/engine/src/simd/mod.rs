@@ -31,6 +31,9 @@ pub enum Instructions {
 }
 
 impl Instructions {
+    /// All of them, available or not.
+    pub const ALL: [Self; 4] = [Self::Portable, Self::Avx2, Self::Avx512, Self::Neon];
+
     /// Whether this machine has them.
     pub fn available(self) -> bool {
         match self {
@@ -96,7 +99,6 @@ pub(crate) trait Simd: Copy + 'static {
     unsafe fn sub(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn mul(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn div(a: Self::V, b: Self::V) -> Self::V;
-    unsafe fn sqrt(a: Self::V) -> Self::V;
     unsafe fn min(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn max(a: Self::V, b: Self::V) -> Self::V;
     /// `a * b + c`.
@@ -107,6 +109,16 @@ pub(crate) trait Simd: Copy + 'static {
     unsafe fn scale(a: Self::V, n: Self::V) -> Self::V;
     /// The sum of all lanes.
     unsafe fn sum(a: Self::V) -> f32;
+    /// `to[j][i] = from[i][j]` for a block of `LANES` rows and columns.
+    unsafe fn transpose(from: *const f32, from_row: usize, to: *mut f32, to_row: usize) {
+        for i in 0..Self::LANES {
+            for j in 0..Self::LANES {
+                unsafe { *to.add(j * to_row + i) = *from.add(i * from_row + j) };
+            }
+        }
+    }
+    /// Asks for a cache line that will be needed soon; any address will do.
+    unsafe fn prefetch(_: *const f32) {}
 }
 
 /// Loads `min(n, LANES)` numbers.

@@ -56,10 +56,6 @@ impl Simd for Avx512 {
         unsafe { _mm512_div_ps(a, b) }
     }
     #[inline(always)]
-    unsafe fn sqrt(a: __m512) -> __m512 {
-        unsafe { _mm512_sqrt_ps(a) }
-    }
-    #[inline(always)]
     unsafe fn min(a: __m512, b: __m512) -> __m512 {
         unsafe { _mm512_min_ps(a, b) }
     }
@@ -82,6 +78,40 @@ impl Simd for Avx512 {
     #[inline(always)]
     unsafe fn sum(a: __m512) -> f32 {
         unsafe { _mm512_reduce_add_ps(a) }
+    }
+    #[inline(always)]
+    unsafe fn transpose(from: *const f32, from_row: usize, to: *mut f32, to_row: usize) {
+        unsafe { transpose::<16>(from, from_row, to, to_row) }
+    }
+    #[inline(always)]
+    unsafe fn prefetch(p: *const f32) {
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(p.cast()) }
+    }
+}
+
+/// A transposed block of `N` rows and columns, by blocks of four.
+#[inline(always)]
+unsafe fn transpose<const N: usize>(
+    from: *const f32,
+    from_row: usize,
+    to: *mut f32,
+    to_row: usize,
+) {
+    for row in (0..N).step_by(4) {
+        for column in (0..N).step_by(4) {
+            // SAFETY: the caller's block; SSE is part of every x86-64.
+            unsafe {
+                let block = |r: usize| _mm_loadu_ps(from.add((row + r) * from_row + column));
+                let (a, b, c, d) = (block(0), block(1), block(2), block(3));
+                let (low, next_low) = (_mm_unpacklo_ps(a, b), _mm_unpacklo_ps(c, d));
+                let (high, next_high) = (_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
+                let to = to.add(column * to_row + row);
+                _mm_storeu_ps(to, _mm_movelh_ps(low, next_low));
+                _mm_storeu_ps(to.add(to_row), _mm_movehl_ps(next_low, low));
+                _mm_storeu_ps(to.add(2 * to_row), _mm_movelh_ps(high, next_high));
+                _mm_storeu_ps(to.add(3 * to_row), _mm_movehl_ps(next_high, high));
+            }
+        }
     }
 }
 
@@ -141,10 +171,6 @@ impl Simd for Avx2 {
         unsafe { _mm256_div_ps(a, b) }
     }
     #[inline(always)]
-    unsafe fn sqrt(a: __m256) -> __m256 {
-        unsafe { _mm256_sqrt_ps(a) }
-    }
-    #[inline(always)]
     unsafe fn min(a: __m256, b: __m256) -> __m256 {
         unsafe { _mm256_min_ps(a, b) }
     }
@@ -175,5 +201,13 @@ impl Simd for Avx2 {
             let two = _mm_add_ps(four, _mm_movehl_ps(four, four));
             _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)))
         }
+    }
+    #[inline(always)]
+    unsafe fn transpose(from: *const f32, from_row: usize, to: *mut f32, to_row: usize) {
+        unsafe { transpose::<8>(from, from_row, to, to_row) }
+    }
+    #[inline(always)]
+    unsafe fn prefetch(p: *const f32) {
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(p.cast()) }
     }
 }
