@@ -3,4 +3,7 @@
 // A task talks to the person at the terminal; the libraries of the workspace never print.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+pub mod benchmark;
+pub mod data;
 pub mod fetch;
+pub mod release;

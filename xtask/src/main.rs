@@ -15,12 +15,18 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Task {
+    /// The AUROC table of the paper, on real data where it is at hand, else on synthetic data.
+    Benchmark(xtask::benchmark::BenchmarkArgs),
+    /// Train the weights that ship with the program (KITTI; about half an hour on 2 cores).
+    TrainReleaseModel(xtask::release::ReleaseArgs),
     /// Download KITTI poses; say how to get RobotCar and IROS20, and check what is there.
     FetchData(xtask::fetch::FetchArgs),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
+        Task::Benchmark(args) => xtask::benchmark::run(&args),
+        Task::TrainReleaseModel(args) => xtask::release::run(&args),
         Task::FetchData(args) => xtask::fetch::run(args),
     };
     match result {

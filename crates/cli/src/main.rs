@@ -1,2 +1,27 @@
-//! The `dose3` program.
-fn main() {}
+//! The `dose3` program: results to standard output, words to standard error, exit code 0 (in
+//! distribution, or done), 1 (a log is out of distribution), 2 (an error).
+
+mod args;
+mod commands;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let args = match args::Args::try_parse() {
+        Ok(args) => args,
+        Err(error) => {
+            // Help and version are no errors; everything else is exit code 2.
+            let code = if error.use_stderr() { 2 } else { 0 };
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    match commands::run(args) {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => {
+            commands::say(&format!("error: {error:#}"));
+            ExitCode::from(2)
+        }
+    }
+}

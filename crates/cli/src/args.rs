@@ -1,0 +1,263 @@
+//! The command line.
+
+use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use dose3::backend::Backend;
+use dose3_datasets::{Format, Frame};
+use std::path::PathBuf;
+
+/// Is this pose log like the logs I trust, and if not, where and why?
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 100)]
+#[command(
+    after_help = "Exit codes: 0 in distribution (or done), 1 out of distribution, 2 error.\n\
+    Formats are told by content: KITTI poses, RobotCar ins/rtk/vo csv, IROS20 npy or annotated_poses, \
+    TUM, EuRoC."
+)]
+pub struct Args {
+    /// What to do
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Train the two noise estimators on pose logs (needed once; a trained model is built in)
+    Train(Train),
+    /// Learn what trusted logs look like to a model, without retraining it
+    Fit(Fit),
+    /// Judge logs: verdict, p-value, where and why
+    Score(Score),
+    /// Measure a detector on logs known to be in and out of distribution
+    Eval(Eval),
+    /// Show what a log holds, and what had to be repaired when reading it
+    Inspect(Inspect),
+    /// Generate pose sequences from a model
+    Sample(Sample),
+}
+
+/// How logs are read.
+#[derive(Clone, Debug, Default, ClapArgs)]
+#[command(next_help_heading = "Reading logs")]
+pub struct Reading {
+    /// Format of the logs (default: told by content)
+    #[arg(long, value_name = "FORMAT")]
+    pub format: Option<Format>,
+    /// Body frame of the logs: camera-rdf, body-frd, body-flu, object, sensor (default: the
+    /// format's)
+    #[arg(long, value_name = "FRAME")]
+    pub frame: Option<Frame>,
+    /// Rate of logs without stamps, hertz (default: the data set's nominal rate)
+    #[arg(long, value_name = "HZ")]
+    pub nominal_rate: Option<f64>,
+    /// Metres in one unit of the logs' positions
+    #[arg(long, value_name = "METRES", default_value_t = 1.0)]
+    pub unit: f64,
+    /// Stamps of a KITTI log, one line a pose (default: found beside it)
+    #[arg(long, value_name = "FILE")]
+    pub times: Option<PathBuf>,
+    /// Longest step between stamps that is not a gap, seconds (default: 10 typical steps)
+    #[arg(long, value_name = "SECONDS")]
+    pub max_gap: Option<f64>,
+}
+
+/// Where networks run.
+#[derive(Clone, Copy, Debug, ClapArgs)]
+#[command(next_help_heading = "Computing")]
+pub struct Computing {
+    /// Where the networks run
+    #[arg(long, value_enum, default_value_t)]
+    pub backend: Backend,
+    /// Threads of the engine (0: all cores); results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Protocol {
+    /// Positions from the window's start, divided by their largest; rotations as given
+    Paper,
+    /// Body-frame increments: free of the world's frame, scale stored in the model
+    Motion,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ScheduleName {
+    Cosine,
+    Linear,
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct Train {
+    /// Files or folders with logs
+    #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
+    pub data: Vec<PathBuf>,
+    /// Model file to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// How poses become numbers
+    #[arg(long, value_enum, default_value = "paper")]
+    pub protocol: Protocol,
+    /// Poses a window
+    #[arg(long, value_name = "N", default_value_t = 128)]
+    pub window: usize,
+    /// Logs held out for validation, by name (default: about 15 % of them, drawn by seed)
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub hold_out: Vec<String>,
+    /// Resample faster logs to this rate first, hertz
+    #[arg(long, value_name = "HZ")]
+    pub rate: Option<f64>,
+    /// Width of the first level of both networks
+    #[arg(long, value_name = "N", default_value_t = 16)]
+    pub width: usize,
+    /// Width multipliers, one a level
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1,2,4")]
+    pub multipliers: Vec<usize>,
+    /// Diffusion steps T
+    #[arg(long, value_name = "T", default_value_t = 30)]
+    pub diffusion_steps: usize,
+    /// Noise schedule of the rotations (translations use cosine)
+    #[arg(long, value_enum, default_value = "cosine")]
+    pub rotation_schedule: ScheduleName,
+    /// Optimiser steps
+    #[arg(long, value_name = "N", default_value_t = 6000)]
+    pub steps: usize,
+    /// Windows a step
+    #[arg(long, value_name = "N", default_value_t = 64)]
+    pub batch: usize,
+    /// Peak learning rate
+    #[arg(long, value_name = "RATE", default_value_t = 1e-3)]
+    pub learning_rate: f64,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Store weights as f16 (half the size)
+    #[arg(long)]
+    pub half: bool,
+    /// Checkpoint file; a run goes on from it where it exists (default: OUT with .checkpoint)
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+    #[command(flatten)]
+    pub reading: Reading,
+    #[command(flatten)]
+    pub computing: Computing,
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct Fit {
+    /// Model file (default: the built-in model, trained on KITTI)
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    /// Files or folders with trusted logs
+    #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
+    pub trusted: Vec<PathBuf>,
+    /// Detector file to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Statistics, joined by +
+    #[arg(long, value_name = "SET", default_value = "paper24")]
+    pub statistics: String,
+    /// Density over them: mixture[:N|:auto][:diagonal], kernel[:WIDTH], neighbours[:K]
+    #[arg(long, value_name = "DENSITY", default_value = "mixture")]
+    pub density: String,
+    /// Share of trusted windows and logs that may be rejected
+    #[arg(long, default_value_t = 0.05)]
+    pub alpha: f64,
+    /// Poses between the starts of windows
+    #[arg(long, value_name = "N", default_value_t = 32)]
+    pub stride: usize,
+    /// Diffusion steps visited (default: all of the model's)
+    #[arg(long, value_name = "N")]
+    pub steps: Option<usize>,
+    /// Noise draws per window, averaged
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub draws: usize,
+    /// Every window gets noise of its own (the paper's evaluation) instead of common draws
+    #[arg(long)]
+    pub own_noise: bool,
+    /// Seed of noise and fit
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub reading: Reading,
+    #[command(flatten)]
+    pub computing: Computing,
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct Score {
+    /// Detector file
+    #[arg(long, value_name = "FILE")]
+    pub detector: PathBuf,
+    /// Files or folders with logs to judge
+    #[arg(required = true, value_name = "LOG")]
+    pub logs: Vec<PathBuf>,
+    /// One JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+    /// Show every window
+    #[arg(long)]
+    pub windows: bool,
+    /// Share of trusted logs that may be rejected (default: the detector's)
+    #[arg(long)]
+    pub alpha: Option<f64>,
+    /// Poses between the starts of windows (default: the detector's)
+    #[arg(long, value_name = "N")]
+    pub stride: Option<usize>,
+    #[command(flatten)]
+    pub reading: Reading,
+    #[command(flatten)]
+    pub computing: Computing,
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct Eval {
+    /// Detector file
+    #[arg(long, value_name = "FILE")]
+    pub detector: PathBuf,
+    /// Files or folders with in-distribution logs (not those the detector was fitted on)
+    #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
+    pub id: Vec<PathBuf>,
+    /// Files or folders with out-of-distribution logs
+    #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
+    pub ood: Vec<PathBuf>,
+    /// One JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+    /// Bootstrap resamples of the intervals
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    pub resamples: usize,
+    #[command(flatten)]
+    pub reading: Reading,
+    #[command(flatten)]
+    pub computing: Computing,
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct Inspect {
+    /// Files or folders with logs
+    #[arg(required = true, value_name = "LOG")]
+    pub logs: Vec<PathBuf>,
+    /// One JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub reading: Reading,
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct Sample {
+    /// Model file (default: the built-in model, trained on KITTI)
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    /// Folder for the generated sequences, KITTI format
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// How many
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    pub count: usize,
+    /// Seed of the first; the others follow
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub computing: Computing,
+}

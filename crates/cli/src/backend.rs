@@ -1,0 +1,98 @@
+//! Where the networks run.
+
+use anyhow::{Context, Result};
+use dose3_diffusion::ModelPair;
+use dose3_engine::{Engine, EngineOptions};
+use dose3_model::{NoiseModel, PairParameters, Parameters};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A place to run the networks on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Backend {
+    /// The built-in CPU engine.
+    #[default]
+    Engine,
+    /// burn on burn-flex (CPU); needs the feature `flex`.
+    BurnFlex,
+    /// burn on ndarray (CPU); needs the feature `ndarray`.
+    Ndarray,
+    /// burn on wgpu (Vulkan, Metal, DirectX); needs the feature `wgpu`.
+    Wgpu,
+    /// burn on CUDA; needs the feature `cuda`.
+    Cuda,
+}
+
+impl fmt::Display for Backend {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Engine => "engine",
+            Self::BurnFlex => "burn-flex",
+            Self::Ndarray => "ndarray",
+            Self::Wgpu => "wgpu",
+            Self::Cuda => "cuda",
+        })
+    }
+}
+
+impl Backend {
+    /// Puts both networks on this backend; `threads` (0: all cores) is for the engine.
+    ///
+    /// # Errors
+    /// A backend that this build does not hold, or whose device cannot be had.
+    pub fn load(self, parameters: &PairParameters, threads: usize) -> Result<ModelPair> {
+        let one = |p: &Parameters| -> Result<Box<dyn NoiseModel>> {
+            match self {
+                Self::Engine => {
+                    let options = EngineOptions {
+                        threads,
+                        ..EngineOptions::default()
+                    };
+                    Ok(Box::new(Engine::new(p, options)?))
+                }
+                other => other.load_burn(p),
+            }
+        };
+        let context = || format!("cannot set up the networks on backend {self}");
+        Ok(ModelPair {
+            translation: one(&parameters.translation).with_context(context)?,
+            rotation: one(&parameters.rotation).with_context(context)?,
+        })
+    }
+
+    #[cfg(any(
+        feature = "flex",
+        feature = "ndarray",
+        feature = "wgpu",
+        feature = "cuda"
+    ))]
+    fn load_burn(self, parameters: &Parameters) -> Result<Box<dyn NoiseModel>> {
+        use dose3_model::burn_unet::{Backend as Burn, BurnModel};
+        let backend = match self {
+            Self::Engine | Self::BurnFlex => Burn::Flex,
+            Self::Ndarray => Burn::Ndarray,
+            Self::Wgpu => Burn::Wgpu,
+            Self::Cuda => Burn::Cuda,
+        };
+        Ok(Box::new(BurnModel::new(parameters, backend)?))
+    }
+
+    #[cfg(not(any(
+        feature = "flex",
+        feature = "ndarray",
+        feature = "wgpu",
+        feature = "cuda"
+    )))]
+    fn load_burn(self, _: &Parameters) -> Result<Box<dyn NoiseModel>> {
+        let feature = if self == Self::BurnFlex {
+            "flex".into()
+        } else {
+            self.to_string()
+        };
+        anyhow::bail!(
+            "this build has the built-in engine only; for backend {self} rebuild with \
+             `--features {feature}`"
+        )
+    }
+}

@@ -1,0 +1,96 @@
+//! The subcommands: they read, call the library, and print.
+
+mod eval;
+mod fit;
+mod inspect;
+mod sample;
+mod score;
+mod train;
+
+use crate::args::{Args, Command, Reading};
+use anyhow::{Result, bail};
+use dose3::logs::ReadOptions;
+use dose3::model_file::Model;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::Write;
+use std::path::Path;
+
+/// Runs a subcommand; answers the exit code.
+pub fn run(args: Args) -> Result<u8> {
+    match args.command {
+        Command::Train(a) => train::run(&a).map(|()| 0),
+        Command::Fit(a) => fit::run(&a).map(|()| 0),
+        Command::Score(a) => score::run(&a),
+        Command::Eval(a) => eval::run(&a).map(|()| 0),
+        Command::Inspect(a) => inspect::run(&a),
+        Command::Sample(a) => sample::run(&a).map(|()| 0),
+    }
+}
+
+/// A line for people, to standard error.
+pub fn say(text: &str) {
+    // Nobody is left to tell where standard error is closed.
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Results, to standard output. A closed pipe (`| head`) ends the program quietly.
+fn print(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        other => Ok(other?),
+    }
+}
+
+/// A value as one indented JSON document.
+fn print_json(value: &impl serde::Serialize) -> Result<()> {
+    print(&format!("{}\n", serde_json::to_string_pretty(value)?))
+}
+
+/// A progress bar with ETA; nothing where standard error is no terminal.
+fn progress(total: u64, what: &'static str) -> Result<ProgressBar> {
+    let style = ProgressStyle::with_template(
+        "{prefix} [{bar:30}] {pos}/{len} {elapsed} elapsed, {eta} left {msg}",
+    )?
+    .progress_chars("=> ");
+    Ok(ProgressBar::new(total).with_style(style).with_prefix(what))
+}
+
+fn read_options(reading: &Reading) -> ReadOptions {
+    ReadOptions {
+        format: reading.format,
+        frame: reading.frame,
+        nominal_rate: reading.nominal_rate,
+        unit: reading.unit,
+        times: reading.times.clone(),
+        max_gap: reading.max_gap,
+    }
+}
+
+/// The model of `--model`, or the built-in one.
+fn model_or_built_in(path: Option<&Path>) -> Result<Model> {
+    match path {
+        Some(path) => Model::read(path),
+        None => dose3::built_in::model(),
+    }
+}
+
+/// Refuses to write where the folder is missing or the path is a folder, before hours of work.
+fn check_output(path: &Path) -> Result<()> {
+    if path.is_dir() {
+        bail!(
+            "{} is a folder, expected the name of a file to write",
+            path.display()
+        );
+    }
+    Ok(())
+}
+
+/// `1 log`, `2 logs`.
+fn count(n: usize, what: &str) -> String {
+    if n == 1 {
+        format!("1 {what}")
+    } else {
+        format!("{n} {what}s")
+    }
+}

@@ -1,0 +1,29 @@
+//! `dose3 sample`
+
+use super::{count, model_or_built_in, say};
+use crate::args::Sample;
+use anyhow::{Context, Result};
+use dose3::{atomic, generate};
+use dose3_datasets::write;
+
+pub fn run(args: &Sample) -> Result<()> {
+    let model = model_or_built_in(args.model.as_deref())?;
+    let mut models = args
+        .computing
+        .backend
+        .load(&model.parameters, args.computing.threads)?;
+    for i in 0..args.count {
+        let seed = args.seed.wrapping_add(i as u64);
+        let trajectory = generate::sequence(&model, &mut models, seed)?;
+        let mut bytes = Vec::new();
+        write::kitti(&mut bytes, &trajectory)?;
+        let path = args.out.join(format!("sample_{seed}.txt"));
+        atomic::write(&path, &bytes).context("cannot write a generated sequence")?;
+    }
+    say(&format!(
+        "wrote {} to {}",
+        count(args.count, "sequence"),
+        args.out.display()
+    ));
+    Ok(())
+}

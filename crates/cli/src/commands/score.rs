@@ -1,0 +1,220 @@
+//! `dose3 score`
+
+use super::{count, print, print_json, progress, read_options, say};
+use crate::args::Score;
+use anyhow::{Result, bail};
+use dose3::detector_file::Detector;
+use dose3::logs;
+use dose3::score::{Judge, LogReport};
+use dose3_datasets::{LoadOptions, discover};
+use dose3_ood::detector::Rule;
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Segments and groups shown per log.
+const SHOWN: usize = 5;
+
+/// What `score --json` prints.
+#[derive(Serialize)]
+struct Output<'a> {
+    detector: String,
+    statistics: String,
+    seed: u64,
+    draws: usize,
+    steps: usize,
+    logs: &'a [LogReport],
+    errors: &'a [Failure],
+}
+
+#[derive(Serialize)]
+struct Failure {
+    path: String,
+    error: String,
+}
+
+pub fn run(args: &Score) -> Result<u8> {
+    if let Some(alpha) = args.alpha.filter(|a| !(*a > 0.0 && *a < 1.0)) {
+        bail!("--alpha {alpha}: expected a share between 0 and 1");
+    }
+    if args.stride == Some(0) {
+        bail!("--stride 0: expected at least 1 pose");
+    }
+    let detector = Detector::read(&args.detector)?;
+    let mut judge = Judge::new(detector, args.computing.backend, args.computing.threads)?;
+    let (mut reports, mut failures) = (Vec::new(), Vec::new());
+    for path in logs_under(args, &mut failures) {
+        match judge_log(&mut judge, args, &path) {
+            Ok(report) => {
+                if !args.json {
+                    print(&text(&report, args.windows))?;
+                }
+                reports.push(report);
+            }
+            Err(error) => failures.push(failure(&path, &error)),
+        }
+    }
+    if args.json {
+        let header = &judge.detector().header;
+        print_json(&Output {
+            detector: args.detector.display().to_string(),
+            statistics: header.statistics.config().statistics.to_string(),
+            seed: header.probe.seed,
+            draws: header.probe.draws,
+            steps: header.probe.steps,
+            logs: &reports,
+            errors: &failures,
+        })?;
+    }
+    let ood = reports.iter().filter(|r| r.is_ood()).count();
+    if reports.len() + failures.len() > 1 {
+        say(&format!(
+            "{} judged: {ood} out of distribution, {} could not be read",
+            count(reports.len(), "log"),
+            failures.len()
+        ));
+    }
+    Ok(if !failures.is_empty() {
+        2
+    } else if ood > 0 {
+        1
+    } else {
+        0
+    })
+}
+
+/// Every log that the arguments name; what cannot be searched is reported and the rest goes on.
+fn logs_under(args: &Score, failures: &mut Vec<Failure>) -> Vec<PathBuf> {
+    let options = LoadOptions {
+        format: args.reading.format,
+        ..LoadOptions::default()
+    };
+    let mut all = Vec::new();
+    for path in &args.logs {
+        match discover(path, &options) {
+            Ok(found) if found.is_empty() => failures.push(failure(
+                path,
+                &anyhow::anyhow!("{}: no pose log in it", path.display()),
+            )),
+            Ok(found) => all.extend(found),
+            Err(error) => failures.push(failure(path, &error.into())),
+        }
+    }
+    all
+}
+
+fn failure(path: &std::path::Path, error: &anyhow::Error) -> Failure {
+    let error = format!("{error:#}");
+    say(&format!("error: {error}"));
+    Failure {
+        path: path.display().to_string(),
+        error,
+    }
+}
+
+fn judge_log(judge: &mut Judge, args: &Score, path: &PathBuf) -> Result<LogReport> {
+    let mut logs = logs::read(std::slice::from_ref(path), &read_options(&args.reading))?;
+    let Some(log) = logs.pop() else {
+        bail!("{}: no pose log in it", path.display())
+    };
+    let bar = progress(0, "scoring")?;
+    let report = judge.judge(log, args.stride, args.alpha, &|done, total| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    });
+    bar.finish_and_clear();
+    report
+}
+
+fn text(r: &LogReport, windows: bool) -> String {
+    let mut out = String::new();
+    let verdict = if r.is_ood() {
+        "OUT OF DISTRIBUTION"
+    } else {
+        "in distribution"
+    };
+    // Writing to a String cannot fail.
+    let _ = writeln!(out, "{:<24} {verdict}", r.log);
+    let share = 100.0 * r.beyond as f64 / r.windows.max(1) as f64;
+    let limit = r
+        .share_limit
+        .map_or("none known".into(), |l| format!("{:.0} %", 100.0 * l));
+    let alpha = r.alpha;
+    let _ = match r.rule {
+        Rule::PValue => {
+            writeln!(
+                out,
+                "  decided by  p-value of the log {:.3}, alpha {alpha}",
+                r.p_value
+            )
+        }
+        Rule::Share => writeln!(
+            out,
+            "  decided by  share of windows beyond the threshold: {share:.0} %, limit {limit}"
+        ),
+        Rule::Window => writeln!(
+            out,
+            "  decided by  p-value of its only independent window {:.3}, alpha {alpha}",
+            r.window_reports
+                .iter()
+                .map(|w| w.p_value)
+                .fold(1.0, f64::min)
+        ),
+    };
+    let _ = writeln!(
+        out,
+        "  windows     {} of {} beyond {:.2}; mean score {:.2}; p-value of the log {:.3} (never \
+         below {:.3})",
+        r.beyond,
+        r.windows,
+        r.threshold.value(),
+        r.mean_score.value(),
+        r.p_value,
+        r.smallest_p_value
+    );
+    for (i, s) in r.segments.iter().take(SHOWN).enumerate() {
+        let _ = writeln!(
+            out,
+            "  {:<11} poses {} to {} ({:.1} s to {:.1} s), worst score {:.2}",
+            if i == 0 { "where" } else { "" },
+            s.first_pose,
+            s.last_pose,
+            s.start_s,
+            s.end_s,
+            s.worst_score.value()
+        );
+    }
+    if r.segments.len() > SHOWN {
+        let more = count(r.segments.len() - SHOWN, "more segment");
+        let _ = writeln!(out, "              and {more} (--json shows all)");
+    }
+    if r.beyond > 0 {
+        for (i, g) in r.groups.iter().take(3).enumerate() {
+            let _ = writeln!(
+                out,
+                "  {:<11} {}: {:.0} % of windows beyond the trusted ones, p {:.3}",
+                if i == 0 { "why" } else { "" },
+                g.group,
+                100.0 * g.share_beyond,
+                g.p_value
+            );
+        }
+    }
+    if windows {
+        for w in &r.window_reports {
+            let _ = writeln!(
+                out,
+                "  window      poses {:>6} to {:>6}  score {:>9.3}  p {:.3}{}",
+                w.first_pose,
+                w.last_pose,
+                w.score.value(),
+                w.p_value,
+                if w.beyond { "  beyond" } else { "" }
+            );
+        }
+    }
+    for note in &r.notes {
+        let _ = writeln!(out, "  note        {note}");
+    }
+    out
+}

@@ -1,0 +1,133 @@
+//! `dose3 train`
+
+use super::{check_output, count, progress, read_options, say};
+use crate::args::{Protocol, ScheduleName, Train};
+use anyhow::{Context, Result};
+use dose3::train::{HoldOut, TrainOptions, train};
+use dose3::{atomic, logs, plot};
+use dose3_datasets::{Kind, Scaling, resample};
+use dose3_diffusion::trainer::{TrainConfig, to_csv};
+use dose3_diffusion::{NoiseSchedule, ProcessConfig};
+use dose3_model::{PairConfig, Precision};
+use indicatif::ProgressBar;
+use std::io::IsTerminal;
+
+pub fn run(args: &Train) -> Result<()> {
+    check_output(&args.out)?;
+    let mut trajectories = logs::read(&args.data, &read_options(&args.reading))?;
+    if let Some(rate) = args.rate {
+        for t in &mut trajectories {
+            if t.rate.hertz > rate * 1.05 {
+                *t = resample(t, rate)
+                    .with_context(|| format!("log {} cannot be resampled to {rate} Hz", t.name))?;
+            }
+        }
+    }
+    let poses: usize = trajectories.iter().map(|t| t.poses.len()).sum();
+    say(&format!(
+        "read {}, {poses} poses",
+        count(trajectories.len(), "log")
+    ));
+    let options = options(args);
+    let parameters = options.network.parameter_count();
+    let bar = progress(args.steps as u64, "training")?;
+    let terminal = std::io::stderr().is_terminal();
+    let trained = train(
+        &trajectories,
+        &options,
+        &mut |training, validation| {
+            say(&format!(
+                "{training} training windows, {validation} validation windows of {} poses; \
+                 {parameters} parameters on {}",
+                args.window, args.computing.backend
+            ));
+        },
+        &mut |row| {
+            bar.set_position(row.step as u64);
+            let text = format!(
+                "translation {:.4} rotation {:.4}",
+                row.translation_eps, row.rotation_eps
+            );
+            if !terminal && row.step.is_multiple_of(100) {
+                say(&format!("step {} of {}: {text}", row.step, args.steps));
+            }
+            bar.set_message(text);
+        },
+    )?;
+    finish(args, &bar, &trained)
+}
+
+fn finish(args: &Train, bar: &ProgressBar, trained: &dose3::train::Trained) -> Result<()> {
+    bar.finish_and_clear();
+    if let Some(step) = trained.resumed_at {
+        say(&format!("went on from the checkpoint at step {step}"));
+    }
+    let precision = if args.half {
+        Precision::F16
+    } else {
+        Precision::F32
+    };
+    trained.model.write(&args.out, precision)?;
+    let csv = args.out.with_extension("log.csv");
+    atomic::write(&csv, to_csv(&trained.log).as_bytes())?;
+    let svg = args.out.with_extension("loss.svg");
+    atomic::write(&svg, plot::losses(&trained.log)?.as_bytes())?;
+    let training = &trained.model.header.training;
+    if let (Some(t), Some(r)) = (
+        training.translation_validation,
+        training.rotation_validation,
+    ) {
+        say(&format!(
+            "validation: translation {t:.4} (mean L1), rotation {r:.4} (mean squared angle, rad²)"
+        ));
+    }
+    say(&format!(
+        "wrote {}, {} and {}",
+        args.out.display(),
+        csv.display(),
+        svg.display()
+    ));
+    Ok(())
+}
+
+fn options(args: &Train) -> TrainOptions {
+    let (kind, scaling) = match args.protocol {
+        Protocol::Paper => (Kind::Paper, Scaling::PerWindow),
+        Protocol::Motion => (Kind::Motion, Scaling::PerDataset),
+    };
+    let rotation = match args.rotation_schedule {
+        ScheduleName::Cosine => NoiseSchedule::COSINE,
+        ScheduleName::Linear => NoiseSchedule::LINEAR,
+    };
+    let hold_out = if args.hold_out.is_empty() {
+        HoldOut::Fraction(0.15)
+    } else {
+        HoldOut::Names(args.hold_out.clone())
+    };
+    TrainOptions {
+        kind,
+        scaling,
+        window: args.window,
+        network: PairConfig::new(args.width, &args.multipliers),
+        process: ProcessConfig {
+            steps: args.diffusion_steps,
+            rotation,
+            ..ProcessConfig::default()
+        },
+        config: TrainConfig {
+            steps: args.steps,
+            batch: args.batch,
+            learning_rate: args.learning_rate,
+            seed: args.seed,
+            ..TrainConfig::default()
+        },
+        hold_out,
+        backend: args.computing.backend,
+        threads: args.computing.threads,
+        checkpoint: Some(
+            args.checkpoint
+                .clone()
+                .unwrap_or_else(|| args.out.with_extension("checkpoint")),
+        ),
+    }
+}

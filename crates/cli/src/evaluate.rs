@@ -1,0 +1,155 @@
+//! Evaluation: how well a detector tells two lists of logs apart.
+
+use crate::score::Judge;
+use anyhow::{Result, bail};
+use dose3_datasets::Trajectory;
+use dose3_ood::Score;
+use dose3_ood::metrics::{Bootstrap, Estimate, Grouped, Metric, estimate_all};
+use serde::Serialize;
+
+/// One metric with its interval.
+#[derive(Clone, Debug, Serialize)]
+pub struct MetricReport {
+    /// `auroc`, `aupr_in`, `aupr_out`, `fpr_at_95_tpr`, `detection`, `false_alarms`.
+    pub metric: &'static str,
+    /// The value and its bootstrap interval over logs.
+    pub estimate: Estimate,
+}
+
+/// What an evaluation found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Evaluation {
+    /// In-distribution windows.
+    pub id_windows: usize,
+    /// Out-of-distribution windows.
+    pub ood_windows: usize,
+    /// In-distribution logs that were rejected, of how many.
+    pub id_logs_rejected: (usize, usize),
+    /// Out-of-distribution logs that were rejected, of how many.
+    pub ood_logs_rejected: (usize, usize),
+    /// Window metrics.
+    pub windows: Vec<MetricReport>,
+    /// Metrics over logs, each scored by its mean window score.
+    pub logs: Vec<MetricReport>,
+    /// In-distribution logs that the detector was fitted on: their scores are too good.
+    pub leaked: Vec<String>,
+}
+
+/// Window scores of some logs, and the verdict on each.
+struct Side {
+    scores: Vec<Score>,
+    logs: Vec<usize>,
+    log_scores: Vec<Score>,
+    groups: Vec<usize>,
+    rejected: usize,
+}
+
+/// Scores both lists and computes the metrics; `progress` hears of every finished log.
+///
+/// # Errors
+/// An empty list, or a log that cannot be judged.
+pub fn evaluate(
+    judge: &mut Judge,
+    id: Vec<Trajectory>,
+    ood: Vec<Trajectory>,
+    bootstrap: Bootstrap,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Evaluation> {
+    let trusted: Vec<String> = judge
+        .detector()
+        .header
+        .trusted
+        .iter()
+        .map(|r| r.sha256.clone())
+        .collect();
+    let leaked = id
+        .iter()
+        .filter(|t| trusted.contains(&t.fingerprint()))
+        .map(|t| t.name.clone())
+        .collect();
+    let (id_count, ood_count) = (id.len(), ood.len());
+    let id = side(judge, id, progress)?;
+    let ood = side(judge, ood, progress)?;
+    let threshold = judge.detector().header.statistics.calibration().threshold;
+    let metrics = [
+        ("auroc", Metric::Auroc),
+        ("aupr_in", Metric::AuprIn),
+        ("aupr_out", Metric::AuprOut),
+        ("fpr_at_95_tpr", Metric::FprAt95Tpr),
+        ("detection", Metric::DetectionAt(threshold)),
+        ("false_alarms", Metric::FalseAlarmAt(threshold)),
+    ];
+    let compute = |count: usize, id: Grouped<'_>, ood: Grouped<'_>| -> Result<Vec<MetricReport>> {
+        let kinds: Vec<Metric> = metrics[..count].iter().map(|m| m.1).collect();
+        let estimates = estimate_all(&kinds, id, ood, bootstrap)?;
+        Ok(metrics
+            .iter()
+            .zip(estimates)
+            .map(|((metric, _), estimate)| MetricReport { metric, estimate })
+            .collect())
+    };
+    Ok(Evaluation {
+        id_windows: id.scores.len(),
+        ood_windows: ood.scores.len(),
+        id_logs_rejected: (id.rejected, id_count),
+        ood_logs_rejected: (ood.rejected, ood_count),
+        windows: compute(
+            6,
+            Grouped {
+                scores: &id.scores,
+                logs: &id.logs,
+            },
+            Grouped {
+                scores: &ood.scores,
+                logs: &ood.logs,
+            },
+        )?,
+        // Thresholds are for windows, so logs get the four metrics without one.
+        logs: compute(
+            4,
+            Grouped {
+                scores: &id.log_scores,
+                logs: &id.groups,
+            },
+            Grouped {
+                scores: &ood.log_scores,
+                logs: &ood.groups,
+            },
+        )?,
+        leaked,
+    })
+}
+
+fn side(judge: &mut Judge, logs: Vec<Trajectory>, progress: &mut dyn FnMut(&str)) -> Result<Side> {
+    if logs.is_empty() {
+        bail!("no log to evaluate on");
+    }
+    let mut names: Vec<String> = Vec::new();
+    let mut side = Side {
+        scores: Vec::new(),
+        logs: Vec::new(),
+        log_scores: Vec::new(),
+        groups: Vec::new(),
+        rejected: 0,
+    };
+    for log in logs {
+        let group = names
+            .iter()
+            .position(|n| *n == log.group)
+            .unwrap_or_else(|| {
+                names.push(log.group.clone());
+                names.len() - 1
+            });
+        let name = log.name.clone();
+        let report = judge.judge(log, None, None, &|_, _| ())?;
+        side.scores
+            .extend(report.window_reports.iter().map(|w| w.score));
+        side.logs
+            .extend(report.window_reports.iter().map(|_| group));
+        side.log_scores.push(report.mean_score);
+        side.groups.push(group);
+        side.rejected += usize::from(report.is_ood());
+        progress(&name);
+    }
+    Ok(side)
+}

@@ -1,0 +1,72 @@
+//! New pose sequences from a model.
+
+use crate::model_file::Model;
+use anyhow::{Result, bail};
+use dose3_datasets::{Format, Kind, Scaling, Trajectory};
+use dose3_diffusion::{ModelPair, Process, SampleConfig, rotation_logs, sample};
+use dose3_lie::{Pose, Vector, so3};
+
+/// Draws one sequence and takes it out of the model's representation: a `paper` model gives
+/// positions in units of the window's largest displacement, a `motion` model metres.
+///
+/// # Errors
+/// A representation without stored constants where it needs them; a failing network.
+pub fn sequence(model: &Model, models: &mut ModelPair, seed: u64) -> Result<Trajectory> {
+    let process = Process::new(model.header.process)?;
+    let config = SampleConfig {
+        length: model.header.window,
+        seed,
+        clip: clip(model),
+    };
+    let state = sample(models, &process, &config, &mut |_, _| ())?;
+    let rotations = rotation_logs(&state.rotation);
+    let elements = state
+        .translation
+        .chunks_exact(3)
+        .zip(&rotations)
+        .map(|(t, log)| Pose {
+            rotation: so3::exp(log),
+            translation: Vector::new(t[0].into(), t[1].into(), t[2].into()),
+        });
+    let representation = model.header.representation;
+    let poses: Vec<Pose> = match (representation.kind, representation.scaling) {
+        (Kind::Paper, _) => elements.collect(),
+        (
+            Kind::Motion,
+            Scaling::Stored {
+                translation,
+                rotation,
+            },
+        ) => {
+            let mut at = Pose::identity();
+            let mut poses = vec![at];
+            for step in elements {
+                at = at.compose(&Pose {
+                    rotation: so3::scale(1.0 / rotation, &step.rotation),
+                    translation: step.translation * translation,
+                });
+                poses.push(at);
+            }
+            poses
+        }
+        (Kind::Motion, other) => bail!("a motion model without stored constants ({other:?})"),
+    };
+    let stamp = |i: usize| (i as f64 / model.header.rate * 1e9).round() as i64;
+    let stamps = (0..poses.len()).map(stamp).collect();
+    let name = format!("sample_{seed}");
+    Ok(Trajectory::new(
+        name,
+        Format::Synthetic,
+        model.header.frame,
+        stamps,
+        poses,
+    ))
+}
+
+/// `paper` positions lie in [-1, 1] by construction; increments have unit size.
+fn clip(model: &Model) -> f64 {
+    match model.header.representation.kind {
+        Kind::Paper => 1.0,
+        Kind::Motion => 8.0,
+    }
+}

@@ -1,0 +1,157 @@
+//! Model files: one safetensors file with the weights of both networks and, in its metadata,
+//! everything that is needed to use them.
+
+use crate::atomic;
+use anyhow::{Context, Result, bail};
+use dose3_datasets::{Frame, Representation, Trajectory};
+use dose3_diffusion::{Process, ProcessConfig, trainer::TrainConfig};
+use dose3_model::{PairParameters, Precision};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Metadata key of [`ModelHeader`].
+pub const KEY: &str = "dose3.model";
+/// Version of [`ModelHeader`] that this build writes.
+pub const VERSION: u32 = 1;
+
+/// One log that a model or detector was made from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LogRecord {
+    /// The log's name.
+    pub name: String,
+    /// Logs of one group were never split apart.
+    pub group: String,
+    /// Number of poses.
+    pub poses: usize,
+    /// SHA-256 of its poses and stamps.
+    pub sha256: String,
+}
+
+impl From<&Trajectory> for LogRecord {
+    fn from(t: &Trajectory) -> Self {
+        Self {
+            name: t.name.clone(),
+            group: t.group.clone(),
+            poses: t.poses.len(),
+            sha256: t.fingerprint(),
+        }
+    }
+}
+
+/// How a model was trained.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrainingRecord {
+    /// All settings, seed included.
+    pub config: TrainConfig,
+    /// Logs the network was trained on.
+    pub logs: Vec<LogRecord>,
+    /// Logs held out for validation.
+    pub validation: Vec<LogRecord>,
+    /// Version of this software.
+    pub version: String,
+    /// Last validation loss of the translation branch (mean L1 error of the noise).
+    pub translation_validation: Option<f64>,
+    /// Last validation loss of the rotation branch (mean squared geodesic error, rad^2).
+    pub rotation_validation: Option<f64>,
+}
+
+/// What a model file says about itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelHeader {
+    /// Version of this header.
+    pub format_version: u32,
+    /// How poses become numbers; its scale constants are part of the model.
+    pub representation: Representation,
+    /// Poses a window.
+    pub window: usize,
+    /// Pose rate of the training data, hertz.
+    pub rate: f64,
+    /// Body frame of the training data.
+    pub frame: Frame,
+    /// The diffusion process.
+    pub process: ProcessConfig,
+    /// How it was trained.
+    pub training: TrainingRecord,
+}
+
+/// A trained model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// What it says about itself.
+    pub header: ModelHeader,
+    /// The weights.
+    pub parameters: PairParameters,
+}
+
+impl Model {
+    /// Serialises the model; `extra` metadata rides along (a detector, for one).
+    ///
+    /// # Errors
+    /// Weights that the precision cannot hold.
+    pub fn to_bytes(&self, precision: Precision, extra: &[(&str, String)]) -> Result<Vec<u8>> {
+        let mut metadata =
+            BTreeMap::from([(KEY.to_string(), serde_json::to_string(&self.header)?)]);
+        metadata.extend(extra.iter().map(|(k, v)| ((*k).to_string(), v.clone())));
+        Ok(self.parameters.to_safetensors(precision, &metadata)?)
+    }
+
+    /// Reads a model; answers the rest of the metadata too.
+    ///
+    /// # Errors
+    /// Bytes that are no model file, a version from the future, settings that contradict each
+    /// other, tensors that do not fit.
+    pub fn from_bytes(bytes: &[u8]) -> Result<(Self, BTreeMap<String, String>)> {
+        let (parameters, mut metadata) = PairParameters::from_safetensors(bytes)?;
+        let Some(json) = metadata.remove(KEY) else {
+            bail!("a safetensors file without `{KEY}` metadata: not written by dose3");
+        };
+        let version: Version =
+            serde_json::from_str(&json).context("the model header cannot be read")?;
+        if version.format_version != VERSION {
+            bail!(
+                "model format {}, this build reads {VERSION}; update dose3",
+                version.format_version
+            );
+        }
+        let header: ModelHeader =
+            serde_json::from_str(&json).context("the model header cannot be read")?;
+        Process::new(header.process)?;
+        let multiple = parameters.config().length_multiple();
+        if header.window == 0 || !header.window.is_multiple_of(multiple) {
+            bail!(
+                "window length {} is not a positive multiple of {multiple}",
+                header.window
+            );
+        }
+        if !(header.rate.is_finite() && header.rate > 0.0) {
+            bail!("rate {} Hz is not a positive number", header.rate);
+        }
+        Ok((Self { header, parameters }, metadata))
+    }
+
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// As [`Model::from_bytes`], with the path.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes =
+            std::fs::read(path).with_context(|| format!("cannot read model {}", path.display()))?;
+        let (model, _) = Self::from_bytes(&bytes)
+            .with_context(|| format!("{} is not a usable model file", path.display()))?;
+        Ok(model)
+    }
+
+    /// Writes a model file, atomically.
+    ///
+    /// # Errors
+    /// As [`Model::to_bytes`], or where the file cannot be written.
+    pub fn write(&self, path: &Path, precision: Precision) -> Result<()> {
+        atomic::write(path, &self.to_bytes(precision, &[])?)
+    }
+}
+
+#[derive(Deserialize)]
+struct Version {
+    format_version: u32,
+}

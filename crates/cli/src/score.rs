@@ -1,0 +1,247 @@
+//! Scoring: what a detector says of a log.
+
+use crate::backend::Backend;
+use crate::detector_file::Detector;
+use crate::features::Extractor;
+use crate::logs::conform;
+use anyhow::{Context, Result};
+use dose3_datasets::{RateSource, Trajectory, Window, windows_of_each};
+use dose3_diffusion::{ModelPair, Process};
+use dose3_ood::Score;
+use dose3_ood::detector::{Contribution, LogVerdict, Rule};
+use serde::Serialize;
+
+/// A detector with its networks loaded.
+pub struct Judge {
+    detector: Detector,
+    process: Process,
+    models: ModelPair,
+}
+
+/// What is said of one window.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WindowReport {
+    /// Index of its first pose in the log as it was judged.
+    pub first_pose: usize,
+    /// Index of its last pose.
+    pub last_pose: usize,
+    /// Stamp of the first pose, nanoseconds.
+    pub first_stamp_ns: i64,
+    /// Stamp of the last pose, nanoseconds.
+    pub last_stamp_ns: i64,
+    /// Minus the log-density of its statistics; higher is more out of distribution.
+    pub score: Score,
+    /// Share of held-out trusted windows with such a score or a higher one.
+    pub p_value: f64,
+    /// Whether the score is beyond the window threshold.
+    pub beyond: bool,
+}
+
+/// A run of windows beyond the threshold that touch or overlap.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Segment {
+    /// First pose of the run.
+    pub first_pose: usize,
+    /// Last pose of the run.
+    pub last_pose: usize,
+    /// Start of the run from the log's start, seconds.
+    pub start_s: f64,
+    /// End of the run from the log's start, seconds.
+    pub end_s: f64,
+    /// Highest window score of the run.
+    pub worst_score: Score,
+}
+
+/// What is said of one log.
+#[derive(Clone, Debug, Serialize)]
+pub struct LogReport {
+    /// The log's name.
+    pub log: String,
+    /// Its file.
+    pub path: String,
+    /// `in_distribution` or `out_of_distribution`.
+    pub verdict: &'static str,
+    /// Poses judged.
+    pub poses: usize,
+    /// Rate of the log as judged, hertz.
+    pub rate_hz: f64,
+    /// Whether that rate is the data set's nominal one, because the file has no stamps.
+    pub rate_is_nominal: bool,
+    /// The share of trusted logs that may be rejected.
+    pub alpha: f64,
+    /// Whether the log's p-value or its share of windows beyond the threshold decided.
+    pub rule: Rule,
+    /// `(1 + #{trusted logs with such a mean score or a higher one}) / (n + 1)`.
+    pub p_value: f64,
+    /// The smallest p-value that this number of trusted logs allows.
+    pub smallest_p_value: f64,
+    /// Mean window score.
+    pub mean_score: Score,
+    /// Window threshold.
+    pub threshold: Score,
+    /// Number of windows.
+    pub windows: usize,
+    /// Number of windows beyond the threshold.
+    pub beyond: usize,
+    /// Their share above which a log is out of distribution, where one is known.
+    pub share_limit: Option<f64>,
+    /// Chance of such a share, or a higher one, in a log like the trusted ones.
+    pub share_p_value: f64,
+    /// Where in the log.
+    pub segments: Vec<Segment>,
+    /// Which groups of statistics drove it, the strongest first.
+    pub groups: Vec<Contribution>,
+    /// What the user should know.
+    pub notes: Vec<String>,
+    /// Every window.
+    pub window_reports: Vec<WindowReport>,
+}
+
+impl LogReport {
+    /// Whether the log is out of distribution.
+    pub fn is_ood(&self) -> bool {
+        self.verdict == "out_of_distribution"
+    }
+}
+
+impl Judge {
+    /// Loads the detector's networks.
+    ///
+    /// # Errors
+    /// A backend that cannot be had.
+    pub fn new(detector: Detector, backend: Backend, threads: usize) -> Result<Self> {
+        Ok(Self {
+            process: Process::new(detector.model.header.process)?,
+            models: backend.load(&detector.model.parameters, threads)?,
+            detector,
+        })
+    }
+
+    /// The detector.
+    pub fn detector(&self) -> &Detector {
+        &self.detector
+    }
+
+    /// Judges one log. `stride` and `alpha` default to the detector's.
+    ///
+    /// # Errors
+    /// A log that does not fit the detector or is shorter than a window.
+    pub fn judge(
+        &mut self,
+        log: Trajectory,
+        stride: Option<usize>,
+        alpha: Option<f64>,
+        progress: &dyn Fn(usize, usize),
+    ) -> Result<LogReport> {
+        let (log, windows, rows, mut notes) = self.statistics(log, stride, progress)?;
+        let statistics = &self.detector.header.statistics;
+        let alpha = alpha.unwrap_or(statistics.config().alpha);
+        let verdict = statistics.judge_at(&rows, alpha)?;
+        notes.extend(log.report.lines());
+        Ok(report(&log, &windows, verdict, notes))
+    }
+
+    /// The statistics of a log's windows, with the log as it was judged.
+    ///
+    /// # Errors
+    /// As [`Judge::judge`].
+    pub fn statistics(
+        &mut self,
+        log: Trajectory,
+        stride: Option<usize>,
+        progress: &dyn Fn(usize, usize),
+    ) -> Result<(Trajectory, Vec<Window>, Vec<Vec<f64>>, Vec<String>)> {
+        let header = &self.detector.model.header;
+        let (log, notes) = conform(log, header.representation, header.rate, header.frame)?;
+        let stride = stride.unwrap_or(self.detector.header.stride);
+        let poses = header.representation.kind.poses(header.window);
+        let logs = std::slice::from_ref(&log);
+        let windows = windows_of_each(logs, poses, stride)?;
+        let mut extractor = Extractor {
+            models: &mut self.models,
+            process: &self.process,
+            probe: self.detector.header.probe,
+            representation: header.representation,
+        };
+        let set = &self.detector.header.statistics.config().statistics;
+        let total = windows.len();
+        let rows = extractor
+            .rows(logs, &windows, set, &|done| progress(done, total))
+            .with_context(|| format!("log {}", log.name))?;
+        Ok((log, windows, rows, notes))
+    }
+}
+
+fn report(
+    log: &Trajectory,
+    windows: &[Window],
+    verdict: LogVerdict,
+    mut notes: Vec<String>,
+) -> LogReport {
+    let window_reports: Vec<WindowReport> = windows
+        .iter()
+        .zip(verdict.window_scores.iter().zip(&verdict.window_p_values))
+        .map(|(w, (score, p))| {
+            let (first, last) = (w.start, w.start + w.length - 1);
+            WindowReport {
+                first_pose: first,
+                last_pose: last,
+                first_stamp_ns: log.stamps[first],
+                last_stamp_ns: log.stamps[last],
+                score: *score,
+                p_value: *p,
+                beyond: *score > verdict.threshold,
+            }
+        })
+        .collect();
+    notes.extend(verdict.notes);
+    LogReport {
+        log: log.name.clone(),
+        path: log.path.display().to_string(),
+        verdict: if verdict.ood {
+            "out_of_distribution"
+        } else {
+            "in_distribution"
+        },
+        poses: log.poses.len(),
+        rate_hz: log.rate.hertz,
+        rate_is_nominal: log.rate.source == RateSource::Nominal,
+        alpha: verdict.alpha,
+        rule: verdict.rule,
+        p_value: verdict.p_value,
+        smallest_p_value: verdict.smallest_p_value,
+        mean_score: verdict.mean_score,
+        threshold: verdict.threshold,
+        windows: verdict.windows,
+        beyond: verdict.beyond,
+        share_limit: verdict.share_limit,
+        share_p_value: verdict.share_p_value,
+        segments: segments(log, &window_reports),
+        groups: verdict.contributions,
+        notes,
+        window_reports,
+    }
+}
+
+fn segments(log: &Trajectory, windows: &[WindowReport]) -> Vec<Segment> {
+    let start = log.stamps.first().copied().unwrap_or_default();
+    let seconds = |stamp: i64| stamp.saturating_sub(start) as f64 * 1e-9;
+    let mut segments: Vec<Segment> = Vec::new();
+    for w in windows.iter().filter(|w| w.beyond) {
+        match segments.last_mut() {
+            Some(s) if w.first_pose <= s.last_pose + 1 => {
+                s.last_pose = w.last_pose;
+                s.end_s = seconds(w.last_stamp_ns);
+                s.worst_score = s.worst_score.max(w.score);
+            }
+            _ => segments.push(Segment {
+                first_pose: w.first_pose,
+                last_pose: w.last_pose,
+                start_s: seconds(w.first_stamp_ns),
+                end_s: seconds(w.last_stamp_ns),
+                worst_score: w.score,
+            }),
+        }
+    }
+    segments
+}

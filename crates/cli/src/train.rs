@@ -1,0 +1,282 @@
+//! Training: from trajectories to a model.
+
+use crate::atomic;
+use crate::backend::Backend;
+use crate::model_file::{LogRecord, Model, ModelHeader, TrainingRecord, VERSION};
+use anyhow::{Context, Result, anyhow, bail};
+use dose3_datasets::{Kind, Representation, Scaling, Trajectory, Window, split_by_log, windows};
+use dose3_diffusion::trainer::{LogRow, TrainConfig, Trainer, WindowSource};
+use dose3_diffusion::{Error as DiffusionError, ProcessConfig};
+use dose3_model::{PairConfig, PairParameters};
+use sha2::{Digest, Sha256};
+use std::path::PathBuf;
+
+/// Which logs are held out of training.
+#[derive(Clone, Debug, PartialEq)]
+pub enum HoldOut {
+    /// Logs by name.
+    Names(Vec<String>),
+    /// About this share of the logs, drawn with the run's seed.
+    Fraction(f64),
+}
+
+/// Settings of [`train`].
+#[derive(Clone, Debug)]
+pub struct TrainOptions {
+    /// `paper` or `motion`.
+    pub kind: Kind,
+    /// Per window, or constants fitted to the training logs and stored in the model.
+    pub scaling: Scaling,
+    /// Poses a window.
+    pub window: usize,
+    /// Both networks.
+    pub network: PairConfig,
+    /// Diffusion process.
+    pub process: ProcessConfig,
+    /// Optimisation.
+    pub config: TrainConfig,
+    /// Logs that the networks never see.
+    pub hold_out: HoldOut,
+    /// Where the networks run.
+    pub backend: Backend,
+    /// Threads of the engine; 0 for all cores.
+    pub threads: usize,
+    /// Where checkpoints are kept; a run goes on from one that is there.
+    pub checkpoint: Option<PathBuf>,
+}
+
+/// A finished run.
+pub struct Trained {
+    /// The model, with averaged weights.
+    pub model: Model,
+    /// The training log.
+    pub log: Vec<LogRow>,
+    /// The step a checkpoint let it start from.
+    pub resumed_at: Option<usize>,
+}
+
+/// Splits the logs into `(training, validation)`.
+///
+/// # Errors
+/// Names that no log has, or nothing left to train on.
+pub fn split(
+    trajectories: &[Trajectory],
+    hold_out: &HoldOut,
+    seed: u64,
+) -> Result<(Vec<Trajectory>, Vec<Trajectory>)> {
+    let held: Vec<usize> = match hold_out {
+        HoldOut::Names(names) => {
+            for name in names {
+                if !trajectories.iter().any(|t| t.name == *name) {
+                    let known: Vec<&str> = trajectories.iter().map(|t| t.name.as_str()).collect();
+                    bail!(
+                        "no log is named {name:?}; the logs are {}",
+                        known.join(", ")
+                    );
+                }
+            }
+            (0..trajectories.len())
+                .filter(|i| names.contains(&trajectories[*i].name))
+                .collect()
+        }
+        HoldOut::Fraction(f) if *f == 0.0 => Vec::new(),
+        HoldOut::Fraction(f) => split_by_log(trajectories, *f, seed)?.held_out,
+    };
+    let (mut training, mut validation) = (Vec::new(), Vec::new());
+    for (i, t) in trajectories.iter().enumerate() {
+        if held.contains(&i) {
+            &mut validation
+        } else {
+            &mut training
+        }
+        .push(t.clone());
+    }
+    if training.is_empty() {
+        bail!(
+            "all {} logs are held out, nothing is left to train on",
+            trajectories.len()
+        );
+    }
+    Ok((training, validation))
+}
+
+/// Trains a model. `on_start` sees the numbers of training and validation windows, `on_step`
+/// every step.
+///
+/// # Errors
+/// Logs shorter than a window or of different frames, settings out of range, divergence, a
+/// checkpoint of another run.
+pub fn train(
+    trajectories: &[Trajectory],
+    options: &TrainOptions,
+    on_start: &mut dyn FnMut(usize, usize),
+    on_step: &mut dyn FnMut(&LogRow),
+) -> Result<Trained> {
+    let (training, validation) = split(trajectories, &options.hold_out, options.config.seed)?;
+    let first = training
+        .first()
+        .ok_or_else(|| anyhow!("no log to train on"))?;
+    let (rate, frame) = (first.rate.hertz, first.frame);
+    for t in trajectories {
+        if t.frame != frame {
+            bail!(
+                "log {} is in frame {}, log {} in {frame}: train on one frame",
+                t.name,
+                t.frame,
+                first.name
+            );
+        }
+        if options.kind == Kind::Motion && (t.rate.hertz / rate - 1.0).abs() > 0.05 {
+            bail!(
+                "log {} has {:.1} Hz, log {} {rate:.1} Hz: representation motion needs one rate \
+                 (--rate resamples)",
+                t.name,
+                t.rate.hertz,
+                first.name
+            );
+        }
+    }
+    let poses = options.kind.poses(options.window);
+    let train_windows = windows(&training, poses, 1);
+    if train_windows.is_empty() {
+        bail!("no training log has {poses} poses without a gap, which one window needs");
+    }
+    let representation =
+        Representation::fit(options.kind, options.scaling, &training, &train_windows)?;
+    let train_source = LogWindows::new(&training, train_windows, representation, options.window);
+    let validation_windows = windows(&validation, poses, 1);
+    let validation_source = LogWindows::new(
+        &validation,
+        validation_windows,
+        representation,
+        options.window,
+    );
+    on_start(train_source.len(), validation_source.len());
+
+    let initial = PairParameters::init(&options.network, options.config.seed)?;
+    let mut models = options.backend.load(&initial, options.threads)?;
+    let mut trainer = Trainer::new(
+        options.config,
+        options.process,
+        options.network.clone(),
+        data_identity(&training, &validation, representation, options.window),
+        &mut models,
+        &train_source,
+        &validation_source,
+    )?;
+    let mut resumed_at = None;
+    if let Some(path) = options.checkpoint.as_ref().filter(|p| p.exists()) {
+        let bytes =
+            std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+        trainer.resume(path, &bytes).context(
+            "delete the checkpoint to start afresh, or repeat the settings of the first run",
+        )?;
+        resumed_at = Some(trainer.step_count());
+    }
+    trainer.run(on_step, &mut |t| {
+        let Some(path) = &options.checkpoint else {
+            return Ok(());
+        };
+        atomic::write(path, &t.checkpoint()?).map_err(|e| DiffusionError::Io {
+            path: path.display().to_string(),
+            source: std::io::Error::other(format!("{e:#}")),
+        })
+    })?;
+
+    let log = trainer.log().to_vec();
+    let last = log
+        .iter()
+        .rev()
+        .find(|r| r.translation_validation.is_some());
+    let header = ModelHeader {
+        format_version: VERSION,
+        representation,
+        window: options.window,
+        rate,
+        frame,
+        process: options.process,
+        training: TrainingRecord {
+            config: options.config,
+            logs: training.iter().map(LogRecord::from).collect(),
+            validation: validation.iter().map(LogRecord::from).collect(),
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            translation_validation: last.and_then(|r| r.translation_validation),
+            rotation_validation: last.and_then(|r| r.rotation_validation),
+        },
+    };
+    Ok(Trained {
+        model: Model {
+            header,
+            parameters: trainer.averaged()?,
+        },
+        log,
+        resumed_at,
+    })
+}
+
+/// Windows of some logs, represented when asked for.
+pub struct LogWindows<'a> {
+    trajectories: &'a [Trajectory],
+    windows: Vec<Window>,
+    representation: Representation,
+    length: usize,
+}
+
+impl<'a> LogWindows<'a> {
+    /// Windows over `trajectories`, each giving `length` elements.
+    pub fn new(
+        trajectories: &'a [Trajectory],
+        windows: Vec<Window>,
+        representation: Representation,
+        length: usize,
+    ) -> Self {
+        Self {
+            trajectories,
+            windows,
+            representation,
+            length,
+        }
+    }
+}
+
+impl WindowSource for LogWindows<'_> {
+    fn len(&self) -> usize {
+        self.windows.len()
+    }
+
+    fn length(&self) -> usize {
+        self.length
+    }
+
+    fn read(
+        &self,
+        index: usize,
+        translation: &mut [f32],
+        rotation: &mut [f32],
+    ) -> Result<(), DiffusionError> {
+        let window = &self.windows[index];
+        let tensor = self
+            .representation
+            .represent_window(window, self.trajectories)
+            .map_err(|e| DiffusionError::Window(e.to_string()))?;
+        translation.copy_from_slice(&tensor.translation);
+        rotation.copy_from_slice(&tensor.rotation);
+        Ok(())
+    }
+}
+
+/// Identifies the data of a run, so that a checkpoint is not continued on other data.
+fn data_identity(
+    training: &[Trajectory],
+    validation: &[Trajectory],
+    representation: Representation,
+    window: usize,
+) -> String {
+    let mut hash = Sha256::new();
+    for (part, logs) in [("training", training), ("validation", validation)] {
+        hash.update(part);
+        logs.iter().for_each(|t| hash.update(t.fingerprint()));
+    }
+    hash.update(format!("{representation:?} {window}"));
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+}

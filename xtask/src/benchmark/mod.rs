@@ -1,0 +1,397 @@
+//! `cargo xtask benchmark`: the AUROC table of the paper, with honest columns beside it.
+
+mod cells;
+mod paper;
+mod report;
+mod sets;
+
+use crate::data::DataRoot;
+use crate::release::ReleaseArgs;
+use anyhow::{Context, Result, bail};
+use cells::{Cell, Fitted, Protocol, Rows};
+use clap::Args;
+use dose3::atomic;
+use dose3::backend::Backend;
+use dose3::features::Extractor;
+use dose3::model_file::{LogRecord, Model};
+use dose3::train::train;
+use dose3_diffusion::{NoiseSharing, ProbeConfig, Process};
+use dose3_model::Precision;
+use dose3_ood::metrics::Bootstrap;
+use dose3_ood::{DensityConfig, StatisticsSet};
+use indicatif::{ProgressBar, ProgressStyle};
+use sets::DataSet;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Arguments of `benchmark`.
+#[derive(Debug, Args)]
+pub struct BenchmarkArgs {
+    /// Folder with kitti/poses, robotcar and iros20 (default: $DOSE3_DATA, else data/, else
+    /// synthetic data)
+    #[arg(long, value_name = "DIR", conflicts_with = "synthetic")]
+    pub data: Option<PathBuf>,
+    /// Use the synthetic data sets even where real data is at hand
+    #[arg(long)]
+    pub synthetic: bool,
+    /// Model to use (default: the shipped weights)
+    #[arg(long, value_name = "FILE", conflicts_with = "retrain")]
+    pub model: Option<PathBuf>,
+    /// Train anew instead of using shipped weights, once per seed (KITTI, or the synthetic vehicle)
+    #[arg(long)]
+    pub retrain: bool,
+    /// Optimiser steps of --retrain (default: those of the shipped model)
+    #[arg(long, requires = "retrain")]
+    pub train_steps: Option<usize>,
+    /// Repetitions with other seeds: of noise and density fit, and of training with --retrain
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seeds: u64,
+    /// A third of the windows and of the diffusion steps
+    #[arg(long)]
+    pub quick: bool,
+    /// Poses between the starts of windows
+    #[arg(long, default_value_t = 32)]
+    pub stride: usize,
+    /// Noise draws a window
+    #[arg(long, default_value_t = 1)]
+    pub draws: usize,
+    /// Share the noise draws between windows instead of drawing anew for each (the paper)
+    #[arg(long)]
+    pub common_noise: bool,
+    /// Density over the statistics
+    #[arg(long, default_value = "mixture:5")]
+    pub density: String,
+    /// Bootstrap resamples of the intervals
+    #[arg(long, default_value_t = 1000)]
+    pub resamples: usize,
+    /// Folder for benchmark.json and benchmark.md
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    pub out: PathBuf,
+    /// Also put the tables into this document, between its markers
+    #[arg(long, value_name = "FILE")]
+    pub render: Option<PathBuf>,
+    /// Where the networks run
+    #[arg(long, value_enum, default_value_t)]
+    pub backend: Backend,
+    /// Threads of the engine (0: all cores)
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+}
+
+/// The rows of the table: statistics, and what they are called.
+const METHODS: [(&str, &str); 5] = [
+    ("paper24", "SE(3), rotation split (24 statistics)"),
+    ("paper12", "SE(3), no split (12)"),
+    ("r3", "R^3, translation alone (6)"),
+    ("moments24", "no network: raw moments of the poses (24)"),
+    ("kinematic", "no network: body-frame kinematics"),
+];
+
+/// Runs the benchmark and writes its results.
+///
+/// # Errors
+/// Data that cannot be read, a model that does not fit, a failing fit.
+pub fn run(args: &BenchmarkArgs) -> Result<()> {
+    let start = Instant::now();
+    if args.seeds == 0 || args.stride == 0 || args.draws == 0 {
+        bail!("--seeds, --stride and --draws must be at least 1");
+    }
+    let density: DensityConfig = args.density.parse()?;
+    let root = if args.synthetic {
+        None
+    } else {
+        DataRoot::find_optional(args.data.as_deref())?
+    };
+    let mut data = match &root {
+        Some(root) => {
+            println!("real data from {} ({})", root.path.display(), root.source);
+            sets::real(root)?
+        }
+        None => {
+            println!(
+                "no real data given (--data, $DOSE3_DATA, data/): SYNTHETIC data sets, generated \
+                 here. These numbers say nothing about the paper's."
+            );
+            sets::synthetic(0, if args.quick { 4 } else { 8 })?
+        }
+    };
+    let mut runs = Vec::new();
+    let mut header = None;
+    for seed in 0..args.seeds {
+        let model = model(args, &data, seed)?;
+        runs.push(one_run(args, &mut data, &model, &density, seed)?);
+        header.get_or_insert(model.header);
+    }
+    let header = header.context("at least one seed ran")?;
+    let report = report::Report {
+        synthetic: root.is_none(),
+        command: std::env::args().skip(1).collect::<Vec<_>>().join(" "),
+        commit: commit(),
+        machine: machine(),
+        seconds: start.elapsed().as_secs_f64(),
+        retrained: args.retrain,
+        stride: stride(args),
+        steps: steps(args, header.process.steps),
+        draws: args.draws,
+        noise: sharing(args),
+        density: args.density.clone(),
+        resamples: args.resamples,
+        window: header.window,
+        network_logs: names(&header.training.logs),
+        network_held_out: names(&header.training.validation),
+        sets: data.iter().map(report::SetSummary::new).collect(),
+        runs,
+    };
+    let markdown = report.markdown();
+    atomic::write(
+        &args.out.join("benchmark.json"),
+        serde_json::to_string_pretty(&report)?.as_bytes(),
+    )?;
+    atomic::write(&args.out.join("benchmark.md"), markdown.as_bytes())?;
+    println!("\n{markdown}");
+    println!(
+        "wrote {} and benchmark.md",
+        args.out.join("benchmark.json").display()
+    );
+    if let Some(path) = &args.render {
+        report::render_into(path, &markdown, root.is_none())?;
+        println!("updated {}", path.display());
+    }
+    Ok(())
+}
+
+fn one_run(
+    args: &BenchmarkArgs,
+    data: &mut [DataSet],
+    model: &Model,
+    density: &DensityConfig,
+    seed: u64,
+) -> Result<report::Run> {
+    let start = Instant::now();
+    let poses = model.header.representation.kind.poses(model.header.window);
+    let unseen: Vec<String> = model
+        .header
+        .training
+        .validation
+        .iter()
+        .map(|r| r.sha256.clone())
+        .collect();
+    data.iter_mut()
+        .for_each(|set| set.prepare(poses, stride(args), &unseen));
+    let methods: Vec<StatisticsSet> = METHODS
+        .iter()
+        .map(|(m, _)| Ok(m.parse()?))
+        .collect::<Result<_>>()?;
+    let rows: Vec<Vec<Vec<Vec<f64>>>> = data
+        .iter()
+        .map(|set| statistics(args, set, model, &methods, seed))
+        .collect::<Result<_>>()?;
+    let windows: usize = data.iter().map(|s| s.windows.len()).sum();
+    let scoring_seconds = start.elapsed().as_secs_f64();
+
+    let bootstrap = Bootstrap {
+        resamples: args.resamples,
+        seed,
+        ..Bootstrap::default()
+    };
+    let bar = progress(
+        (Protocol::ALL.len() * METHODS.len() * data.len()) as u64,
+        "densities",
+    )?;
+    let mut tables = Vec::new();
+    for protocol in Protocol::ALL {
+        for (m, (method, _)) in METHODS.iter().enumerate() {
+            let mut cells: Vec<Cell> = Vec::new();
+            for (i, id) in data.iter().enumerate() {
+                let side = Rows {
+                    set: id,
+                    rows: &rows[i][m],
+                };
+                let fitted = Fitted::new(&side, protocol, density, seed)?;
+                for (o, ood) in data.iter().enumerate().filter(|(o, _)| *o != i) {
+                    let ood = Rows {
+                        set: ood,
+                        rows: &rows[o][m],
+                    };
+                    cells.push(fitted.against(id.letter, &ood, bootstrap)?);
+                }
+                bar.inc(1);
+            }
+            tables.push(report::Table {
+                protocol,
+                method: (*method).to_string(),
+                cells,
+            });
+        }
+    }
+    bar.finish_and_clear();
+    Ok(report::Run {
+        seed,
+        model_sha256: report::sha256(&model.to_bytes(Precision::F32, &[])?),
+        windows,
+        scoring_seconds,
+        tables,
+    })
+}
+
+/// The statistics of every method for every window of a set, from one pass of the networks:
+/// `[method][window][column]`.
+fn statistics(
+    args: &BenchmarkArgs,
+    set: &DataSet,
+    model: &Model,
+    methods: &[StatisticsSet],
+    seed: u64,
+) -> Result<Vec<Vec<Vec<f64>>>> {
+    let process = Process::new(model.header.process)?;
+    let mut models = args.backend.load(&model.parameters, args.threads)?;
+    let probe = ProbeConfig {
+        steps: steps(args, process.steps()),
+        draws: args.draws,
+        seed,
+        sharing: sharing(args),
+    };
+    let mut extractor = Extractor {
+        models: &mut models,
+        process: &process,
+        probe,
+        representation: model.header.representation,
+    };
+    let bar = progress(set.windows.len() as u64, set.name)?;
+    let mut rows = vec![Vec::with_capacity(set.windows.len()); methods.len()];
+    extractor.for_each(&set.trajectories, &set.windows, true, &mut |_, data| {
+        for (rows, method) in rows.iter_mut().zip(methods) {
+            rows.push(method.evaluate(&data.sample())?);
+        }
+        bar.inc(1);
+        Ok(())
+    })?;
+    bar.finish_and_clear();
+    println!(
+        "{}: {} logs, {} windows",
+        set.name,
+        set.trajectories.len(),
+        set.windows.len()
+    );
+    Ok(rows)
+}
+
+/// The shipped model, the one of `--model`, or one trained now (kept under the results folder and
+/// taken up again where it is finished or was interrupted).
+fn model(args: &BenchmarkArgs, data: &[DataSet], seed: u64) -> Result<Model> {
+    if let Some(path) = &args.model {
+        return Model::read(path);
+    }
+    if !args.retrain {
+        return dose3::built_in::model();
+    }
+    let set = data
+        .iter()
+        .find(|s| matches!(s.letter, 'K' | 'V'))
+        .context("the set to train on is missing")?;
+    let kind = if set.letter == 'K' {
+        "kitti"
+    } else {
+        "synthetic-vehicle"
+    };
+    let mut release = ReleaseArgs::shipped(seed);
+    if let Some(steps) = args.train_steps {
+        release.steps = steps;
+    }
+    release.backend = args.backend;
+    release.threads = args.threads;
+    let name = format!("{kind}-{}-seed{seed}.dose3", release.steps);
+    release.out = args.out.join("models").join(name);
+    if release.out.exists() {
+        return Model::read(&release.out);
+    }
+    let mut options = release.options();
+    if set.letter != 'K' {
+        options.hold_out = dose3::train::HoldOut::Fraction(0.25);
+    }
+    let bar = progress(release.steps as u64, "training")?;
+    let trained = train(&set.trajectories, &options, &mut |_, _| (), &mut |row| {
+        bar.set_position(row.step as u64);
+    })?;
+    bar.finish_and_clear();
+    trained.model.write(&release.out, Precision::F32)?;
+    Ok(trained.model)
+}
+
+fn stride(args: &BenchmarkArgs) -> usize {
+    if args.quick {
+        args.stride * 3
+    } else {
+        args.stride
+    }
+}
+
+fn steps(args: &BenchmarkArgs, of_model: usize) -> usize {
+    if args.quick {
+        of_model.div_ceil(3)
+    } else {
+        of_model
+    }
+}
+
+fn sharing(args: &BenchmarkArgs) -> NoiseSharing {
+    if args.common_noise {
+        NoiseSharing::Common
+    } else {
+        NoiseSharing::PerWindow
+    }
+}
+
+fn names(records: &[LogRecord]) -> Vec<String> {
+    records.iter().map(|r| r.name.clone()).collect()
+}
+
+/// A progress bar with ETA on a terminal; elsewhere nothing.
+fn progress(total: u64, what: &str) -> Result<ProgressBar> {
+    if !std::io::stderr().is_terminal() {
+        return Ok(ProgressBar::hidden());
+    }
+    let style = ProgressStyle::with_template(
+        "{prefix:<28} [{bar:30}] {pos}/{len} {elapsed} elapsed, {eta} left",
+    )?
+    .progress_chars("=> ");
+    Ok(ProgressBar::new(total)
+        .with_style(style)
+        .with_prefix(what.to_string()))
+}
+
+fn commit() -> String {
+    let git = |args: &[&str]| {
+        let output = std::process::Command::new("git").args(args).output().ok()?;
+        let text = String::from_utf8(output.stdout).ok()?;
+        output.status.success().then(|| text.trim().to_string())
+    };
+    match git(&["rev-parse", "--short=10", "HEAD"]) {
+        Some(commit) => {
+            let dirty = git(&["status", "--porcelain", "--untracked-files=no"]);
+            let changed = dirty.is_some_and(|d| !d.is_empty());
+            if changed {
+                format!("{commit} with changes")
+            } else {
+                commit
+            }
+        }
+        None => "unknown (no git checkout)".into(),
+    }
+}
+
+fn machine() -> String {
+    let cores = std::thread::available_parallelism().map_or(0, usize::from);
+    let model = std::fs::read_to_string(Path::new("/proc/cpuinfo"))
+        .ok()
+        .and_then(|text| {
+            let line = text.lines().find(|l| l.starts_with("model name"))?;
+            Some(line.split_once(':')?.1.trim().to_string())
+        });
+    format!(
+        "{cores} cores, {}, {}",
+        std::env::consts::ARCH,
+        model.unwrap_or_else(|| "unknown CPU".into())
+    )
+}
