@@ -1,5 +1,5 @@
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 
 use dose3_model::{
     Input, LossGradient, ModelError, NoiseModel, Parameters, UNetConfig, check_count, check_values,
@@ -221,9 +221,7 @@ impl NoiseModel for Engine {
         let size = chunk * input.length * self.plan.config.out_channels;
         let pieces = Pieces::new(input.batch.div_ceil(chunk), [(output, size)]);
         self.workers.run(&|worker| {
-            let mut ws = self.scoring[worker]
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
+            let mut ws = self.workspace(worker, false);
             while let Some((index, [output])) = pieces.take() {
                 let first = index * chunk;
                 let steps = &self.time.steps()[first..input.batch.min(first + chunk)];
@@ -261,9 +259,7 @@ impl NoiseModel for Engine {
         );
         let stop = AtomicBool::new(false);
         self.workers.run(&|worker| {
-            let mut ws = self.training[worker]
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
+            let mut ws = self.workspace(worker, true);
             let guard = StopOnPanic(&stop);
             while let Some((index, [time])) = pieces.take() {
                 self.chunk(network, (input, loss), (index, chunk), &mut ws, time, &stop);
@@ -281,6 +277,17 @@ impl NoiseModel for Engine {
 }
 
 impl Engine {
+    /// A worker's memory; a new one where a panic (of the loss) has left it half done.
+    fn workspace(&self, worker: usize, training: bool) -> MutexGuard<'_, Workspace> {
+        let of = if training { &self.training[worker] } else { &self.scoring[worker] };
+        of.lock().unwrap_or_else(|poisoned| {
+            let mut guard = poisoned.into_inner();
+            *guard = Workspace::new(&self.plan, training);
+            of.clear_poison();
+            guard
+        })
+    }
+
     /// Forward, loss and backward of one chunk.
     fn chunk(
         &self,

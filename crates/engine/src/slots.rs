@@ -83,13 +83,4 @@ impl Slots {
             count: slots.len(),
         }
     }
-
-    /// Size of each buffer for windows of `length`, per sample.
-    pub(crate) fn sizes(&self, tensors: &[Tensor], length: usize) -> Vec<usize> {
-        let mut sizes = vec![0; self.count];
-        for (tensor, &slot) in tensors.iter().zip(&self.of) {
-            sizes[slot] = sizes[slot].max(tensor.size(length));
-        }
-        sizes
-    }
 }
