@@ -10,7 +10,7 @@ use dose3_lie::{Pose, Rotation};
 use nalgebra::UnitQuaternion;
 
 use crate::Trajectory;
-use crate::read::encode_4x4;
+use crate::read::write_4x4;
 
 /// KITTI: the row-major 3x4 of each pose a line. Stamps go into a separate file, see [`kitti_times`].
 ///
@@ -147,7 +147,7 @@ pub fn iros20(
 ) -> io::Result<()> {
     let mut sink = io::BufWriter::new(sink);
     for pose in &trajectory.poses {
-        sink.write_all(&encode_4x4(&matrix(pose), precision == Precision::Single))?;
+        write_4x4(&mut sink, &matrix(pose), precision == Precision::Single)?;
     }
     sink.flush()
 }

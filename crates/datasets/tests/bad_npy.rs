@@ -112,10 +112,49 @@ fn cases() -> Vec<Case> {
             Fails("a.npy", Array(0), &["impossible shape"]),
         ),
         case(
+            "shape in hexadecimal",
+            "a.npy",
+            header(
+                "{'descr': '<f8', 'fortran_order': False, 'shape': (0xffffffffffffffff, 4, 4), }",
+            ),
+            Fails("a.npy", Array(0), &["impossible shape", "0xffff"]),
+        ),
+        case(
+            "negative shape",
+            "a.npy",
+            header("{'descr': '<f8', 'fortran_order': False, 'shape': (-4, 4), }"),
+            Fails("a.npy", Array(0), &["damaged header", "negative"]),
+        ),
+        case(
+            "deep nesting",
+            "a.npy",
+            header(&"[".repeat(60_000)),
+            Fails("a.npy", Array(0), &["deeply nested"]),
+        ),
+        case(
+            "records of records",
+            "a.npy",
+            header(&format!(
+                "{{'descr': [('x', '<f4', ({}))], 'fortran_order': False, 'shape': (4, 4), }}",
+                "1,".repeat(30_000)
+            )),
+            Fails("a.npy", Array(0), &["impossible shape"]),
+        ),
+        case(
+            "header longer than the file",
+            "a.npy",
+            b"\x93NUMPY\x02\x00\x00\xf0\x00\x00{'descr': '<f4'".to_vec(),
+            Fails("a.npy", Array(0), &["end of the file", "cut off"]),
+        ),
+        case(
             "header without shape",
             "a.npy",
             header("{'descr': '<f8', 'fortran_order': False}"),
-            Fails("a.npy", Array(0), &["header without `shape`"]),
+            Fails(
+                "a.npy",
+                Array(0),
+                &["damaged header", "missing key 'shape'"],
+            ),
         ),
         case(
             "unknown version",

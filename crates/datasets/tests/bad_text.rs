@@ -137,6 +137,18 @@ fn lines_and_numbers() -> Vec<Case> {
             Fails("ins.csv", Line(5), &["finite", "pitch", "`Infinity`"]),
         ),
         case(
+            "stray quote in INS",
+            "ins.csv",
+            with_field(&ins(6), 3, 2, "\"12"),
+            Fails("ins.csv", Line(3), &["a number for northing", "`\"12`"]),
+        ),
+        case(
+            "word after blank lines of EuRoC",
+            "data.csv",
+            with_field(&euroc(6), 3, 2, "lost").replacen('\n', "\n\n \r\n\n", 2),
+            Fails("data.csv", Line(9), &["a number for p_rs_r_x", "`lost`"]),
+        ),
+        case(
             "number too large for f64",
             "00.txt",
             with_field(&kitti(6), 2, 4, "1e999"),

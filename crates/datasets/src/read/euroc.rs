@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::collect::{Collector, pose};
-use super::table::{Row, StampUnit};
+use super::records::Records;
+use super::table::{Row, StampUnit, shorten};
 use super::text::Text;
-use crate::error::Place;
 use crate::{Error, Format, LoadOptions, Trajectory};
 
 /// Column names as the header has them, in the order used here; the files also carry velocities and biases.
@@ -25,14 +25,14 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
     let text = Text::read(path, &mut collector.report)?;
     // Without a header the columns are those of the published files.
     let mut column = [0, 1, 2, 3, 4, 5, 6, 7];
-    for line in text.lines() {
-        if let Some(header) = line.text.strip_prefix('#') {
-            if header.contains(',') {
-                column = columns(path, line.number, header)?;
+    let mut records = Records::new(path, &text);
+    while let Some(row) = records.next_row()? {
+        if row.fields()[0].starts_with('#') {
+            if row.len() > 1 {
+                column = columns(path, &row)?;
             }
             continue;
         }
-        let row = Row::commas(path, &line);
         let needed = 1 + column.iter().copied().max().unwrap_or(0);
         if row.is_cut_off(needed) {
             collector.report.truncated_tail += 1;
@@ -59,11 +59,12 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
 }
 
 /// Finds the columns in the header; units in brackets are ignored.
-fn columns(path: &Path, line: usize, header: &str) -> Result<[usize; 8], Error> {
-    let names: Vec<String> = header
-        .split(',')
+fn columns(path: &Path, header: &Row<'_>) -> Result<[usize; 8], Error> {
+    let fields = header.fields().iter();
+    let names: Vec<String> = fields
         .map(|name| {
-            name.split('[')
+            name.trim_start_matches('#')
+                .split('[')
                 .next()
                 .unwrap_or("")
                 .trim()
@@ -75,9 +76,9 @@ fn columns(path: &Path, line: usize, header: &str) -> Result<[usize; 8], Error> 
         *column = names.iter().position(|name| name == wanted).ok_or_else(|| {
             Error::input(
                 path,
-                Place::Line(line),
+                header.place(),
                 format!("a column `{wanted}`"),
-                super::table::shorten(header),
+                shorten(&header.fields().join(",")),
                 "EuRoC poses are in state_groundtruth_estimate0/data.csv; sensor files have no orientation",
             )
         })?;

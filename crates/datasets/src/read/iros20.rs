@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use dose3_lie::{Matrix, Pose};
 
 use super::collect::{Collector, nominal_stamp, pose};
-use super::npy::{Array, NpyFault};
+use super::npy::{NpyFault, Stream};
 use super::table::{Row, check_coordinate};
 use super::text::Text;
 use crate::error::Place;
@@ -30,11 +30,11 @@ pub(crate) fn read_stream(path: &Path, options: &LoadOptions) -> Result<Trajecto
             "the recording may have failed",
         ));
     }
-    let mut stream = bytes.as_slice();
+    let mut stream = Stream::new(&bytes);
     let mut count = 0;
     while !stream.is_empty() {
         let place = Place::Array(count);
-        let array = match Array::next(&mut stream) {
+        let array = match stream.take() {
             Ok(array) => array,
             Err(NpyFault::Truncated) if count > 0 => {
                 collector.report.truncated_tail += 1;
@@ -47,7 +47,8 @@ pub(crate) fn read_stream(path: &Path, options: &LoadOptions) -> Result<Trajecto
                 array.get(&[row, column])
             })?,
             [poses, 4, 4] => {
-                for index in 0..poses {
+                // As many poses as there are bytes for: the number fits.
+                for index in 0..poses as usize {
                     push(&mut collector, path, place, |row, column| {
                         array.get(&[index, row, column])
                     })?;

@@ -6,6 +6,7 @@ mod iros20;
 mod kitti;
 mod npy;
 mod numbers;
+mod records;
 mod robotcar;
 mod table;
 mod text;
@@ -16,7 +17,7 @@ use std::path::Path;
 use crate::{Error, Format, LoadOptions, Trajectory};
 
 pub(crate) use iros20::frame_files;
-pub(crate) use npy::encode_4x4;
+pub(crate) use npy::write_4x4;
 pub(crate) use text::{signature, split_fields};
 
 /// Reads one log of a known format.

@@ -1,12 +1,21 @@
 //! Arrays of floating-point numbers in a stream of `.npy` arrays.
 //!
-//! Only what pose files need of the format (numpy, `numpy.lib.format`): versions 1 to 3, `f4` and `f8` of either
-//! byte order, C and Fortran order. Written for streams of thousands of tiny arrays and for damaged files:
-//! nothing is allocated from a number in the file before the bytes are known to be there.
+//! `npyz` reads them; what it takes on trust is checked first: it allocates a header of the length that a damaged
+//! file claims, its parser recurses at every bracket, and it multiplies the sizes of the shape without a check.
+
+use std::io::{self, Write};
+
+use npyz::{DType, NpyFile, NpyHeader, TypeChar, WriterBuilder};
+
+use super::table::shorten;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
-/// A header of a pose array has 118 bytes; anything much longer is not one.
-const LONGEST_HEADER: usize = 4096;
+/// A header of a pose array has 118 bytes; this is all that version 1 of the format can have.
+const LONGEST_HEADER: usize = 65_535;
+/// Brackets in a header: a pose array has two, an array of records (refused later, by name) a few more.
+const MOST_BRACKETS: usize = 16;
+/// Decimal digits in a header: with all of them in the shape, the product of its sizes still fits 64 bits.
+const MOST_DIGITS: usize = 18;
 
 /// Why there is no next array.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,180 +28,167 @@ pub(crate) enum NpyFault {
     Dtype(String),
 }
 
+/// Arrays one after another.
+pub(crate) struct Stream<'a> {
+    rest: &'a [u8],
+    /// The last header as bytes and as parsed: the thousands of poses of a log share one.
+    known: Option<(&'a [u8], NpyHeader)>,
+}
+
 /// One array.
 #[derive(Debug)]
-pub(crate) struct Array<'a> {
-    shape: Vec<usize>,
-    fortran: bool,
-    element: Element,
-    data: &'a [u8],
+pub(crate) struct Array {
+    shape: Vec<u64>,
+    strides: Vec<u64>,
+    values: Vec<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Element {
-    bytes: usize,
-    big_endian: bool,
-}
-
-impl<'a> Array<'a> {
-    /// Takes the next array off the front of `stream`.
-    pub fn next(stream: &mut &'a [u8]) -> Result<Self, NpyFault> {
-        let all = *stream;
-        let overlap = MAGIC.len().min(all.len());
-        if all[..overlap] != MAGIC[..overlap] {
-            let found: Vec<String> = all[..overlap]
-                .iter()
-                .map(|byte| format!("{byte:02x}"))
-                .collect();
-            return Err(NpyFault::NotNpy(format!(
-                "the bytes {} instead of the magic number",
-                found.join(" ")
-            )));
+impl<'a> Stream<'a> {
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self {
+            rest: bytes,
+            known: None,
         }
-        let version = *all.get(6).ok_or(NpyFault::Truncated)?;
-        let (start, length) = match version {
-            1 => (
-                10,
-                all.get(8..10)
-                    .map(|b| usize::from(u16::from_le_bytes([b[0], b[1]]))),
-            ),
-            2 | 3 => (
-                12,
-                all.get(8..12)
-                    .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize),
-            ),
-            _ => {
-                return Err(NpyFault::NotNpy(format!(
-                    "version {version} of the npy format"
-                )));
-            }
-        };
-        let length = length.ok_or(NpyFault::Truncated)?;
-        if length > LONGEST_HEADER {
-            return Err(NpyFault::NotNpy(format!("a header of {length} bytes")));
-        }
-        let header = all.get(start..start + length).ok_or(NpyFault::Truncated)?;
-        let (element, fortran, shape) = parse_header(header)?;
-        let bytes = shape
-            .iter()
-            .try_fold(element.bytes, |product, size| product.checked_mul(*size))
-            .ok_or_else(|| NpyFault::NotNpy(format!("the impossible shape {shape:?}")))?;
-        let rest = &all[start + length..];
-        let data = rest.get(..bytes).ok_or(NpyFault::Truncated)?;
-        *stream = &rest[bytes..];
-        Ok(Self {
-            shape,
-            fortran,
-            element,
-            data,
-        })
     }
 
+    /// True after the last array.
+    pub fn is_empty(&self) -> bool {
+        self.rest.is_empty()
+    }
+
+    /// Takes the next array off the front.
+    pub fn take(&mut self) -> Result<Array, NpyFault> {
+        let bytes = header_bytes(self.rest)?;
+        let header = match &self.known {
+            Some((known, header)) if *known == bytes => header.clone(),
+            _ => {
+                check_header(bytes)?;
+                NpyHeader::from_reader(bytes)
+                    .map_err(|fault| NpyFault::NotNpy(format!("a damaged header: {fault}")))?
+            }
+        };
+        let size = element_size(&header)?;
+        let after = &self.rest[bytes.len()..];
+        let length = header
+            .len()
+            .checked_mul(size)
+            .and_then(|length| usize::try_from(length).ok())
+            .ok_or_else(|| impossible_shape(bytes))?;
+        let data = after.get(..length).ok_or(NpyFault::Truncated)?;
+        let file = NpyFile::with_header(header.clone(), data);
+        let values = match size {
+            4 => file
+                .into_vec::<f32>()
+                .map(|values| values.into_iter().map(f64::from).collect()),
+            _ => file.into_vec::<f64>(),
+        };
+        let array = Array {
+            shape: header.shape().to_vec(),
+            strides: header.strides().to_vec(),
+            values: values.map_err(|fault| NpyFault::NotNpy(fault.to_string()))?,
+        };
+        self.rest = &after[length..];
+        self.known = Some((bytes, header));
+        Ok(array)
+    }
+}
+
+impl Array {
     /// Sizes of the dimensions.
-    pub fn shape(&self) -> &[usize] {
+    pub fn shape(&self) -> &[u64] {
         &self.shape
     }
 
     /// The element at an index with as many entries as the shape, each within its size.
     pub fn get(&self, index: &[usize]) -> f64 {
-        let step = |offset: usize, (size, at): (&usize, &usize)| offset * size + at;
-        let pairs = self.shape.iter().zip(index);
-        let position = if self.fortran {
-            pairs.rev().fold(0, step)
-        } else {
-            pairs.fold(0, step)
-        };
-        let mut bytes = [0; 8];
-        let raw = &self.data[position * self.element.bytes..][..self.element.bytes];
-        bytes[..raw.len()].copy_from_slice(raw);
-        if self.element.big_endian {
-            bytes[..raw.len()].reverse();
-        }
-        if self.element.bytes == 4 {
-            let [a, b, c, d, ..] = bytes;
-            f64::from(f32::from_le_bytes([a, b, c, d]))
-        } else {
-            f64::from_le_bytes(bytes)
-        }
+        let offsets = index.iter().zip(&self.strides);
+        let position: usize = offsets.map(|(at, stride)| at * *stride as usize).sum();
+        self.values[position]
     }
 }
 
-/// Reads the Python dictionary `{'descr': '<f4', 'fortran_order': False, 'shape': (4, 4), }`.
-fn parse_header(header: &[u8]) -> Result<(Element, bool, Vec<usize>), NpyFault> {
-    let text = std::str::from_utf8(header)
-        .map_err(|_| NpyFault::NotNpy("a header that is no text".to_owned()))?;
-    let value = |key: &str| {
-        let after = [format!("'{key}'"), format!("\"{key}\"")]
+/// The first bytes of an array up to its data: magic number, version, length, text.
+fn header_bytes(all: &[u8]) -> Result<&[u8], NpyFault> {
+    let overlap = MAGIC.len().min(all.len());
+    if all[..overlap] != MAGIC[..overlap] {
+        let found: Vec<String> = all[..overlap]
             .iter()
-            .find_map(|quoted| {
-                text.find(quoted.as_str())
-                    .map(|at| &text[at + quoted.len()..])
-            })
-            .and_then(|rest| rest.trim_start().strip_prefix(':'))
-            .map(str::trim_start);
-        after.ok_or_else(|| NpyFault::NotNpy(format!("a header without `{key}`")))
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
+        return Err(NpyFault::NotNpy(format!(
+            "the bytes {} instead of the magic number",
+            found.join(" ")
+        )));
+    }
+    let version = *all.get(MAGIC.len()).ok_or(NpyFault::Truncated)?;
+    let (start, length) = match (version, all) {
+        (1, [_, _, _, _, _, _, _, _, a, b, ..]) => (10, u16::from_le_bytes([*a, *b]).into()),
+        (2 | 3, [_, _, _, _, _, _, _, _, a, b, c, d, ..]) => {
+            (12, u32::from_le_bytes([*a, *b, *c, *d]) as usize)
+        }
+        (1..=3, _) => return Err(NpyFault::Truncated),
+        _ => {
+            let found = format!("version {version} of the npy format");
+            return Err(NpyFault::NotNpy(found));
+        }
     };
-    let fortran = value("fortran_order")?.starts_with("True");
-    let shape = value("shape")?
-        .strip_prefix('(')
-        .and_then(|rest| rest.split(')').next())
-        .and_then(|inner| {
-            let sizes = inner
-                .split(',')
-                .map(str::trim)
-                .filter(|size| !size.is_empty());
-            sizes
-                .map(|size| size.trim_end_matches('L').parse().ok())
-                .collect::<Option<Vec<usize>>>()
-        })
-        .ok_or_else(|| NpyFault::NotNpy("a header without a readable shape".to_owned()))?;
-    let descr = value("descr")?;
-    let name = descr
-        .trim_start_matches(['\'', '"'])
-        .split(['\'', '"'])
-        .next()
-        .unwrap_or("");
-    let element = match name {
-        "<f4" => Element {
-            bytes: 4,
-            big_endian: false,
-        },
-        ">f4" => Element {
-            bytes: 4,
-            big_endian: true,
-        },
-        "<f8" => Element {
-            bytes: 8,
-            big_endian: false,
-        },
-        ">f8" => Element {
-            bytes: 8,
-            big_endian: true,
-        },
-        _ => return Err(NpyFault::Dtype(super::table::shorten(name))),
-    };
-    Ok((element, fortran, shape))
+    if length > LONGEST_HEADER {
+        return Err(NpyFault::NotNpy(format!("a header of {length} bytes")));
+    }
+    all.get(..start + length).ok_or(NpyFault::Truncated)
 }
 
-/// The bytes of one 4x4 array in C order, as `numpy.save` writes it.
-pub(crate) fn encode_4x4(values: &[f64; 16], single: bool) -> Vec<u8> {
-    let descr = if single { "<f4" } else { "<f8" };
-    let mut header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': (4, 4), }}");
-    // Magic, version, length and header together are a multiple of 64 bytes.
-    while (10 + header.len() + 1) % 64 != 0 {
-        header.push(' ');
+/// Refuses what the parser would recurse into too deeply or multiply beyond 64 bits.
+fn check_header(bytes: &[u8]) -> Result<(), NpyFault> {
+    let count = |wanted: fn(&u8) -> bool| {
+        bytes[MAGIC.len() + 4..]
+            .iter()
+            .copied()
+            .filter(wanted)
+            .count()
+    };
+    if count(|byte| b"([{".contains(byte)) > MOST_BRACKETS {
+        let found = "a header of deeply nested brackets".to_owned();
+        return Err(NpyFault::NotNpy(found));
     }
-    header.push('\n');
-    let mut bytes = MAGIC.to_vec();
-    bytes.extend([1, 0]);
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.as_bytes());
-    for value in values {
-        if single {
-            bytes.extend((*value as f32).to_le_bytes());
-        } else {
-            bytes.extend(value.to_le_bytes());
-        }
+    let hexadecimal = bytes.windows(2).any(|pair| matches!(pair, b"0x" | b"0X"));
+    if hexadecimal || count(u8::is_ascii_digit) > MOST_DIGITS {
+        return Err(impossible_shape(bytes));
     }
-    bytes
+    Ok(())
+}
+
+fn impossible_shape(header: &[u8]) -> NpyFault {
+    let text = String::from_utf8_lossy(&header[MAGIC.len() + 4..]);
+    NpyFault::NotNpy(format!("an impossible shape in {}", shorten(text.trim())))
+}
+
+/// Bytes of an element, 4 or 8.
+fn element_size(header: &NpyHeader) -> Result<u64, NpyFault> {
+    match header.dtype() {
+        DType::Plain(element) => match (element.type_char(), element.size_field()) {
+            (TypeChar::Float, size @ (4 | 8)) => Ok(size),
+            _ => Err(NpyFault::Dtype(shorten(&element.to_string()))),
+        },
+        other => Err(NpyFault::Dtype(shorten(&other.descr()))),
+    }
+}
+
+/// One 4x4 array in C order, as `numpy.save` writes it.
+pub(crate) fn write_4x4(sink: &mut impl Write, values: &[f64; 16], single: bool) -> io::Result<()> {
+    if single {
+        write_as(sink, values.map(|value| value as f32))
+    } else {
+        write_as(sink, *values)
+    }
+}
+
+fn write_as<T: npyz::AutoSerialize>(sink: &mut impl Write, values: [T; 16]) -> io::Result<()> {
+    let mut writer = npyz::WriteOptions::new()
+        .default_dtype()
+        .shape(&[4, 4])
+        .writer(sink)
+        .begin_nd()?;
+    writer.extend(values)?;
+    writer.finish()
 }

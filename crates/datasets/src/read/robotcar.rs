@@ -9,6 +9,7 @@ use std::path::Path;
 use dose3_lie::Pose;
 
 use super::collect::{Collector, euler_rotation, pose};
+use super::records::Records;
 use super::table::{Row, StampUnit, shorten};
 use super::text::Text;
 use crate::error::Place;
@@ -20,20 +21,15 @@ const LARGEST_ANGLE: f64 = 4.0 * std::f64::consts::PI;
 pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
     let mut collector = Collector::new(path, options);
     let text = Text::read(path, &mut collector.report)?;
-    let mut lines = text.lines();
-    let header = lines
-        .next()
-        .map(|line| (line.number, line.text))
-        .unwrap_or((1, ""));
-    let columns = Columns::new(path, header.0, header.1);
+    let mut records = Records::new(path, &text);
+    let columns = Columns::new(path, records.next_row()?);
     let relative = columns.index.contains_key("source_timestamp");
     let reader = if relative {
         Reader::relative(&columns)?
     } else {
         Reader::absolute(&columns)?
     };
-    for line in lines {
-        let row = Row::commas(path, &line);
+    while let Some(row) = records.next_row()? {
         if row.is_cut_off(columns.count) {
             collector.report.truncated_tail += 1;
             continue;
@@ -96,27 +92,25 @@ fn chain(
 /// The header.
 struct Columns<'a> {
     path: &'a Path,
-    line: usize,
-    header: &'a str,
+    place: Place,
+    header: String,
     index: HashMap<String, usize>,
     count: usize,
 }
 
 impl<'a> Columns<'a> {
-    fn new(path: &'a Path, line: usize, header: &'a str) -> Self {
-        let names = header
-            .split(',')
-            .map(|name| name.trim().to_ascii_lowercase());
+    fn new(path: &'a Path, header: Option<Row<'_>>) -> Self {
+        let fields = header.as_ref().map_or(&[][..], Row::fields);
         let mut index = HashMap::new();
-        for (column, name) in names.enumerate() {
-            index.entry(name).or_insert(column);
+        for (column, name) in fields.iter().enumerate() {
+            index.entry(name.to_ascii_lowercase()).or_insert(column);
         }
         Self {
             path,
-            line,
-            header,
+            place: header.as_ref().map_or(Place::File, Row::place),
+            header: fields.join(","),
             index,
-            count: header.split(',').count(),
+            count: fields.len(),
         }
     }
 
@@ -124,9 +118,9 @@ impl<'a> Columns<'a> {
         self.index.get(name).copied().ok_or_else(|| {
             Error::input(
                 self.path,
-                Place::Line(self.line),
+                self.place,
                 format!("a header with the column `{name}`"),
-                format!("`{}`", shorten(self.header)),
+                format!("`{}`", shorten(&self.header)),
                 "RobotCar poses are in gps/ins.csv, gps/rtk.csv and vo/vo.csv; gps/gps.csv has no orientation",
             )
         })

@@ -27,23 +27,25 @@ pub(crate) struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    /// Splits the line at commas.
-    pub fn commas(path: &'a Path, line: &Line<'a>) -> Self {
-        Self::new(path, line, line.text.split(',').map(str::trim).collect())
-    }
-
     /// Splits the line at white space.
     pub fn spaces(path: &'a Path, line: &Line<'a>) -> Self {
-        Self::new(path, line, line.text.split_ascii_whitespace().collect())
+        let fields = line.text.split_ascii_whitespace().collect();
+        Self::new(path, line.number, line.unterminated, fields)
     }
 
-    fn new(path: &'a Path, line: &Line<'a>, fields: Vec<&'a str>) -> Self {
+    /// A row of line `line` (counted from 1) from its fields; `unterminated` as in [`Line`].
+    pub fn new(path: &'a Path, line: usize, unterminated: bool, fields: Vec<&'a str>) -> Self {
         Self {
             path,
-            line: line.number,
-            unterminated: line.unterminated,
+            line,
+            unterminated,
             fields,
         }
+    }
+
+    /// The fields, without outer white space.
+    pub fn fields(&self) -> &[&'a str] {
+        &self.fields
     }
 
     /// Where the row is.

@@ -67,6 +67,11 @@ impl Text {
         Ok(Self { content })
     }
 
+    /// The whole content.
+    pub fn as_str(&self) -> &str {
+        &self.content
+    }
+
     /// The lines that are not blank.
     pub fn lines(&self) -> impl Iterator<Item = Line<'_>> {
         let lines = self.content.split_inclusive('\n').enumerate();
