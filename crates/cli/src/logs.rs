@@ -85,6 +85,21 @@ fn apply(t: &mut Trajectory, options: &ReadOptions) -> Result<()> {
     Ok(())
 }
 
+/// A log that steps this many times farther than the model's data is in another unit. The other
+/// way round proves nothing: logs may stand still.
+const UNIT_FACTOR: f64 = 100.0;
+
+/// Median distance between consecutive poses, metres.
+fn median_step(t: &Trajectory) -> f64 {
+    let mut steps: Vec<f64> = t
+        .poses
+        .windows(2)
+        .map(|pair| (pair[1].translation - pair[0].translation).norm())
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or_default()
+}
+
 /// Fits logs to what a model was trained on. A `paper` model counts poses, so a different rate is
 /// only noted; a `motion` model depends on time and axes, so a faster log is interpolated down
 /// and a slower one, or one in another kind of frame, is refused with the flag that resolves it.
@@ -123,6 +138,16 @@ pub fn conform(
             trajectory.name,
             trajectory.frame
         );
+    }
+    if let Scaling::Stored { translation, .. } = representation.scaling {
+        let step = median_step(&trajectory) * ratio;
+        if step > translation * UNIT_FACTOR {
+            bail!(
+                "log {} moves {step:.3} m a step, the model's data {translation:.3} m: its positions \
+                 are hardly metres; name their unit with --unit (0.001 for millimetres)",
+                trajectory.name
+            );
+        }
     }
     if ratio < 0.95 {
         bail!(

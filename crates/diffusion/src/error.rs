@@ -18,6 +18,9 @@ pub enum Error {
         /// Numbers given.
         found: usize,
     },
+    /// A window could not be made.
+    #[error("window: {0}")]
+    Window(String),
     /// A training setting is out of its range.
     #[error("training: {name} is {found}, expected {expected}")]
     Config {

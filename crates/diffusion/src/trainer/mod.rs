@@ -34,7 +34,15 @@ pub trait WindowSource {
     /// Poses a window.
     fn length(&self) -> usize;
     /// Writes window `index`: translation `[length, 3]`, rotation `[length, 9]`.
-    fn read(&self, index: usize, translation: &mut [f32], rotation: &mut [f32]);
+    ///
+    /// # Errors
+    /// [`Error::Window`] where the window cannot be represented.
+    fn read(
+        &self,
+        index: usize,
+        translation: &mut [f32],
+        rotation: &mut [f32],
+    ) -> Result<(), Error>;
 }
 
 /// One network with its optimiser.
@@ -419,7 +427,7 @@ impl<'a> Trainer<'a> {
         let mut clean = vec![0.0; length * 3];
         for (b, (index, t)) in picks.iter().enumerate() {
             let rows = b * length * 9..(b + 1) * length * 9;
-            source.read(*index, &mut clean, &mut batch.clean_rotation[rows.clone()]);
+            source.read(*index, &mut clean, &mut batch.clean_rotation[rows.clone()])?;
             let window = Window {
                 translation: &clean,
                 rotation: &batch.clean_rotation[rows.clone()],

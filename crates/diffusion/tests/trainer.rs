@@ -1,0 +1,216 @@
+//! The trainer learns, resumes to the bit, and tells one run's checkpoint from another's.
+
+use dose3_diffusion::trainer::{LogRow, TrainConfig, Trainer, WindowSource};
+use dose3_diffusion::{Error, ModelPair, ProbeConfig, Process, ProcessConfig, Window, trace};
+use dose3_engine::{Engine, EngineOptions};
+use dose3_lie::{Vector, so3};
+use dose3_model::{PairConfig, PairParameters};
+use std::path::Path;
+
+const LENGTH: usize = 32;
+
+/// Arcs of different curvature: something a small network learns in a few steps.
+struct Arcs(usize);
+
+impl WindowSource for Arcs {
+    fn len(&self) -> usize {
+        self.0
+    }
+
+    fn length(&self) -> usize {
+        LENGTH
+    }
+
+    fn read(
+        &self,
+        index: usize,
+        translation: &mut [f32],
+        rotation: &mut [f32],
+    ) -> Result<(), Error> {
+        let curvature = (index as f64 - self.0 as f64 / 2.0) / self.0 as f64;
+        for i in 0..LENGTH {
+            let u = i as f64 / (LENGTH - 1) as f64;
+            let angle = curvature * u;
+            let t = [u, 0.5 * angle * u, 0.0];
+            let r = so3::exp(&Vector::new(0.0, 0.0, angle));
+            for (k, t) in t.iter().enumerate() {
+                translation[i * 3 + k] = *t as f32;
+            }
+            for k in 0..9 {
+                rotation[i * 9 + k] = r.matrix()[(k / 3, k % 3)] as f32;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn network() -> PairConfig {
+    PairConfig::new(8, &[1, 2])
+}
+
+fn models(threads: usize) -> ModelPair {
+    let p = PairParameters::init(&network(), 0).unwrap();
+    let options = || EngineOptions {
+        threads,
+        ..EngineOptions::default()
+    };
+    ModelPair {
+        translation: Box::new(Engine::new(&p.translation, options()).unwrap()),
+        rotation: Box::new(Engine::new(&p.rotation, options()).unwrap()),
+    }
+}
+
+fn config(steps: usize) -> TrainConfig {
+    TrainConfig {
+        steps,
+        batch: 8,
+        learning_rate: 3e-3,
+        warmup: 5,
+        log_every: 5,
+        validate_every: 10,
+        validation_windows: 8,
+        checkpoint_every: 10,
+        ..TrainConfig::default()
+    }
+}
+
+/// Runs to the end, or to the checkpoint at `stop`; answers log, weights and last checkpoint.
+fn run(
+    config: TrainConfig,
+    threads: usize,
+    resume: Option<&[u8]>,
+    stop: Option<usize>,
+) -> Result<(Vec<LogRow>, PairParameters, Vec<u8>), Error> {
+    let (train, validation) = (Arcs(40), Arcs(7));
+    let mut models = models(threads);
+    let mut trainer = Trainer::new(
+        config,
+        ProcessConfig {
+            steps: 10,
+            ..ProcessConfig::default()
+        },
+        network(),
+        "arcs".into(),
+        &mut models,
+        &train,
+        &validation,
+    )?;
+    if let Some(bytes) = resume {
+        trainer.resume(Path::new("test.checkpoint"), bytes)?;
+    }
+    while trainer.step_count() < stop.unwrap_or(config.steps) {
+        trainer.advance()?;
+    }
+    Ok((
+        trainer.log().to_vec(),
+        trainer.averaged()?,
+        trainer.checkpoint()?,
+    ))
+}
+
+#[test]
+fn a_resumed_run_ends_in_the_same_bytes() {
+    let (log, weights, _) = run(config(40), 2, None, None).unwrap();
+    let (_, _, checkpoint) = run(config(40), 1, None, Some(20)).unwrap();
+    let (resumed_log, resumed, _) = run(config(40), 3, Some(&checkpoint), None).unwrap();
+    assert_eq!(log, resumed_log);
+    assert_eq!(weights, resumed);
+    assert_eq!(log.len(), 8);
+    assert!(log[1].translation_validation.is_some() && log[0].translation_validation.is_none());
+}
+
+#[test]
+fn training_lowers_both_losses() {
+    let (log, _, _) = run(config(200), 2, None, None).unwrap();
+    let (first, last) = (log[0], log[log.len() - 1]);
+    assert!(
+        last.translation_eps < 0.6 * first.translation_eps,
+        "{first:?} {last:?}"
+    );
+    assert!(
+        last.rotation_eps < 0.6 * first.rotation_eps,
+        "{first:?} {last:?}"
+    );
+    let (v0, v1) = (
+        log[1].translation_validation.unwrap(),
+        last.translation_validation.unwrap(),
+    );
+    assert!(v1 < 0.7 * v0, "validation {v0} to {v1}");
+}
+
+#[test]
+fn checkpoints_of_other_runs_and_damaged_ones_are_refused() {
+    let (_, _, checkpoint) = run(config(20), 1, None, Some(10)).unwrap();
+    let refusal = |config, bytes: &[u8]| match run(config, 1, Some(bytes), None) {
+        Err(Error::Checkpoint { reason, path }) => {
+            assert_eq!(path, "test.checkpoint");
+            reason
+        }
+        other => panic!("{:?}", other.map(|_| ())),
+    };
+    let other = TrainConfig {
+        seed: 1,
+        ..config(20)
+    };
+    assert!(refusal(other, &checkpoint).contains("training configuration differs"));
+    assert!(refusal(config(20), &checkpoint[..100]).contains("not a checkpoint"));
+    assert!(!refusal(config(20), &checkpoint[..checkpoint.len() - 8]).is_empty());
+}
+
+#[test]
+fn divergence_is_an_error_that_names_the_branch() {
+    let wild = TrainConfig {
+        learning_rate: 1e30,
+        warmup: 0,
+        clip: 1e30,
+        ..config(30)
+    };
+    match run(wild, 1, None, None) {
+        Err(Error::Diverged { branch, .. }) => assert_eq!(branch, "translation"),
+        Err(Error::Model(error)) => assert!(error.to_string().contains("not finite"), "{error}"),
+        other => panic!("{:?}", other.map(|_| ())),
+    }
+}
+
+/// The statistics of a window depend on the window alone: not on its batch, nor on the threads.
+#[test]
+fn traces_depend_on_the_window_alone() {
+    let process = Process::new(ProcessConfig {
+        steps: 10,
+        ..ProcessConfig::default()
+    })
+    .unwrap();
+    let arcs = Arcs(5);
+    let data: Vec<(Vec<f32>, Vec<f32>)> = (0..5)
+        .map(|i| {
+            let (mut t, mut r) = (vec![0.0; LENGTH * 3], vec![0.0; LENGTH * 9]);
+            arcs.read(i, &mut t, &mut r).unwrap();
+            (t, r)
+        })
+        .collect();
+    let windows: Vec<Window<'_>> = data
+        .iter()
+        .map(|(t, r)| Window {
+            translation: t,
+            rotation: r,
+        })
+        .collect();
+    for sharing in [
+        dose3_diffusion::NoiseSharing::PerWindow,
+        dose3_diffusion::NoiseSharing::Common,
+    ] {
+        let config = ProbeConfig {
+            steps: 4,
+            draws: 1,
+            seed: 3,
+            sharing,
+        };
+        assert_eq!(config.step_indices(10), [0, 3, 6, 9]);
+        let all = trace(&mut models(2), &process, &config, &windows, 0).unwrap();
+        for i in 0..5 {
+            let alone = trace(&mut models(1), &process, &config, &windows[i..=i], 0).unwrap();
+            assert_eq!(alone.eps(0), all.eps(i));
+            assert_eq!(alone.eps_hat(0), all.eps_hat(i), "window {i}, {sharing:?}");
+        }
+    }
+}

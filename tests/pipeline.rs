@@ -1,0 +1,285 @@
+//! Train, fit, score, eval, inspect, sample: the program as a user runs it, on synthetic logs.
+
+mod common;
+
+use common::{dose3, expect_code, stderr, stdout, tiny_model, write_logs};
+use dose3_datasets::synthetic::Platform;
+use std::path::Path;
+
+fn text(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// A detector fitted on vehicle logs with the built-in model; answers (detector, unseen vehicle
+/// logs, hand-held logs).
+fn vehicle_detector(folder: &Path) -> (String, Vec<String>, Vec<String>) {
+    let trusted = folder.join("trusted");
+    let logs = write_logs(&trusted, Platform::Vehicle, 8, 700);
+    // The last two are not trusted: they move out of the folder.
+    let unseen = folder.join("unseen");
+    std::fs::create_dir_all(&unseen).expect("a folder");
+    let unseen = logs[6..]
+        .iter()
+        .map(|path| {
+            let to = unseen.join(path.file_name().expect("a name"));
+            std::fs::rename(path, &to).expect("moved");
+            text(&to)
+        })
+        .collect();
+    let other = write_logs(&folder.join("other"), Platform::Handheld, 2, 700);
+    let detector = text(&folder.join("detector.dose3"));
+    let fit = dose3([
+        "fit",
+        "--trusted",
+        &text(&trusted),
+        "--out",
+        &detector,
+        "--steps",
+        "10",
+        "--density",
+        "mixture:2",
+        "--statistics",
+        "paper24+kinematic",
+    ]);
+    expect_code(&fit, 0);
+    assert!(stderr(&fit).contains("wrote"), "{}", stderr(&fit));
+    (detector, unseen, other.iter().map(|p| text(p)).collect())
+}
+
+#[test]
+fn fit_and_score_accept_the_like_and_reject_the_unlike() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (detector, unseen, other) = vehicle_detector(folder.path());
+
+    let accepted = dose3(["score", "--detector", &detector, &unseen[0]]);
+    expect_code(&accepted, 0);
+    assert!(
+        stdout(&accepted).contains("in distribution"),
+        "{}",
+        stdout(&accepted)
+    );
+
+    let rejected = dose3(["score", "--detector", &detector, &other[0], "--windows"]);
+    expect_code(&rejected, 1);
+    let said = stdout(&rejected);
+    for part in [
+        "OUT OF DISTRIBUTION",
+        "where",
+        "poses 0 to",
+        "why",
+        "  window ",
+    ] {
+        assert!(said.contains(part), "{part:?} is missing in\n{said}");
+    }
+
+    // JSON for programs: the same verdicts, and everything a program needs to act on them.
+    let json = dose3([
+        "score",
+        "--detector",
+        &detector,
+        "--json",
+        &unseen[0],
+        &other[0],
+    ]);
+    expect_code(&json, 1);
+    let value: serde_json::Value = serde_json::from_str(&stdout(&json)).expect("JSON");
+    let logs = value["logs"].as_array().expect("logs");
+    assert_eq!(logs[0]["verdict"], "in_distribution");
+    assert_eq!(logs[1]["verdict"], "out_of_distribution");
+    assert_eq!(logs[1]["segments"][0]["first_pose"], 0);
+    assert!(logs[1]["groups"][0]["group"].is_string());
+    let p = logs[1]["p_value"].as_f64().expect("a p-value");
+    assert!(
+        (p - 1.0 / 7.0).abs() < 1e-12,
+        "1 / (6 trusted logs + 1), found {p}"
+    );
+    assert!(
+        logs[1]["notes"].to_string().contains("0.14"),
+        "{}",
+        logs[1]["notes"]
+    );
+
+    // A log that cannot be read does not stop the others, and the exit code says so.
+    let missing = text(&folder.path().join("nowhere.txt"));
+    let mixed = dose3(["score", "--detector", &detector, &missing, &other[0]]);
+    expect_code(&mixed, 2);
+    assert!(stdout(&mixed).contains("OUT OF DISTRIBUTION"));
+    assert!(stderr(&mixed).contains("nowhere.txt"), "{}", stderr(&mixed));
+
+    let eval = dose3([
+        "eval",
+        "--detector",
+        &detector,
+        "--id",
+        &unseen[0],
+        &unseen[1],
+        "--ood",
+        &other[0],
+        &other[1],
+        "--json",
+    ]);
+    expect_code(&eval, 0);
+    let value: serde_json::Value = serde_json::from_str(&stdout(&eval)).expect("JSON");
+    let auroc = value["windows"][0]["estimate"]["value"]
+        .as_f64()
+        .expect("a number");
+    assert!(auroc > 0.95, "vehicle against hand-held object: {auroc}");
+    assert_eq!(value["leaked"].as_array().map(Vec::len), Some(0));
+}
+
+#[test]
+fn bytes_do_not_depend_on_the_number_of_threads() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let one = tiny_model(folder.path(), &["--threads", "1"]);
+    let two = tiny_model(folder.path(), &["--threads", "3"]);
+    assert_eq!(
+        std::fs::read(&one).expect("bytes"),
+        std::fs::read(&two).expect("bytes")
+    );
+
+    let data = text(&folder.path().join("train"));
+    let fit = |threads: &str| {
+        let out = text(&folder.path().join(format!("detector{threads}.dose3")));
+        let run = dose3([
+            "fit",
+            "--model",
+            &text(&one),
+            "--trusted",
+            &data,
+            "--out",
+            &out,
+            "--threads",
+            threads,
+            "--density",
+            "mixture:2",
+        ]);
+        expect_code(&run, 0);
+        std::fs::read(out).expect("bytes")
+    };
+    assert_eq!(fit("1"), fit("2"));
+    let score = |threads: &str| {
+        let detector = text(&folder.path().join("detector1.dose3"));
+        dose3([
+            "score",
+            "--detector",
+            &detector,
+            &data,
+            "--json",
+            "--threads",
+            threads,
+        ])
+        .stdout
+    };
+    assert!(!score("1").is_empty());
+    assert_eq!(score("1"), score("2"));
+}
+
+#[test]
+fn training_writes_model_log_and_plot_and_resumes_when_finished() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let model = tiny_model(folder.path(), &[]);
+    let log = std::fs::read_to_string(model.with_extension("log.csv")).expect("a log");
+    let rows: Vec<&str> = log.lines().collect();
+    assert!(
+        rows[0].starts_with("step,learning_rate,translation_eps"),
+        "{}",
+        rows[0]
+    );
+    assert_eq!(rows.len(), 3, "20 steps, a row every 10:\n{log}");
+    assert!(
+        rows[2].split(',').all(|cell| !cell.is_empty()),
+        "validated at the end: {}",
+        rows[2]
+    );
+    let plot = std::fs::read_to_string(model.with_extension("loss.svg")).expect("a plot");
+    assert!(plot.starts_with("<svg") && plot.contains("held-out logs"));
+
+    // The run's checkpoint is whole: the same command has nothing left to do and changes nothing.
+    let before = std::fs::read(&model).expect("bytes");
+    assert_eq!(
+        before,
+        std::fs::read(tiny_model(folder.path(), &[])).expect("bytes")
+    );
+
+    // Another run does not go on from it, it says what differs.
+    let data = text(&folder.path().join("train"));
+    let other = dose3([
+        "train",
+        "--data",
+        &data,
+        "--out",
+        &text(&model),
+        "--width",
+        "8",
+        "--multipliers",
+        "1,2",
+        "--window",
+        "64",
+        "--steps",
+        "30",
+        "--batch",
+        "8",
+        "--diffusion-steps",
+        "12",
+    ]);
+    expect_code(&other, 2);
+    assert!(
+        stderr(&other).contains("training configuration differs"),
+        "{}",
+        stderr(&other)
+    );
+}
+
+#[test]
+fn half_precision_is_half_the_size_and_scores_alike() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let full = tiny_model(folder.path(), &[]);
+    let half = tiny_model(folder.path(), &["--half"]);
+    let size = |p: &Path| std::fs::metadata(p).expect("a file").len() as f64;
+    assert!(size(&half) < 0.6 * size(&full));
+}
+
+#[test]
+fn samples_are_logs_that_can_be_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("samples");
+    let run = dose3([
+        "sample",
+        "--out",
+        &text(&out),
+        "--count",
+        "2",
+        "--seed",
+        "5",
+    ]);
+    expect_code(&run, 0);
+    let inspect = dose3(["inspect", &text(&out), "--format", "kitti", "--json"]);
+    expect_code(&inspect, 0);
+    let value: serde_json::Value = serde_json::from_str(&stdout(&inspect)).expect("JSON");
+    assert_eq!(value.as_array().map(Vec::len), Some(2));
+    assert_eq!(value[0]["poses"], 128);
+}
+
+#[test]
+fn inspect_says_what_a_log_holds() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = write_logs(folder.path(), Platform::Vehicle, 1, 300).remove(0);
+    let run = dose3(["inspect", &text(&log)]);
+    expect_code(&run, 0);
+    let said = stdout(&run).replace(&text(folder.path()), "FOLDER");
+    for part in [
+        "tum, body frame sensor",
+        "300 at 20.00 Hz",
+        "no gap",
+        "m long",
+    ] {
+        assert!(said.contains(part), "{part:?} is missing in\n{said}");
+    }
+}
+
+#[test]
+fn help_names_every_subcommand_and_the_exit_codes() {
+    let run = dose3(["--help"]);
+    expect_code(&run, 0);
+    insta::assert_snapshot!("help", stdout(&run));
+}

@@ -1,0 +1,66 @@
+//! The program on real logs: runs where `$DOSE3_DATA` names a folder with `kitti/poses` and
+//! `iros20`, and says so where it does not.
+
+mod common;
+
+use common::{dose3, expect_code, stdout};
+use std::path::PathBuf;
+
+fn data() -> Option<PathBuf> {
+    let root = std::env::var_os("DOSE3_DATA").map(PathBuf::from)?;
+    (root.join("kitti/poses/00.txt").exists() && root.join("iros20").exists()).then_some(root)
+}
+
+/// Fitted on KITTI 00-06 and 08-10 with the built-in model: the unseen 07 is accepted, an IROS20
+/// object is rejected, random bytes are an error.
+#[test]
+fn kitti_07_is_accepted_iros20_rejected_random_bytes_refused() {
+    let Some(root) = data() else {
+        eprintln!("not run: real data is needed, $DOSE3_DATA names its folder");
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let detector = folder.path().join("kitti.dose3").display().to_string();
+    let mut fit: Vec<String> = ["fit", "--out", &detector, "--trusted"]
+        .map(String::from)
+        .to_vec();
+    let logs = ["00", "01", "02", "03", "04", "05", "06", "08", "09", "10"];
+    fit.extend(logs.map(|n| {
+        root.join(format!("kitti/poses/{n}.txt"))
+            .display()
+            .to_string()
+    }));
+    expect_code(&dose3(&fit), 0);
+
+    let score = |path: PathBuf| {
+        dose3([
+            "score",
+            "--detector",
+            &detector,
+            &path.display().to_string(),
+        ])
+    };
+    let accepted = score(root.join("kitti/poses/07.txt"));
+    expect_code(&accepted, 0);
+    let said = stdout(&accepted);
+    // Ten trusted logs: the per-log p-value cannot reach 0.05, and the output says what decided.
+    for part in [
+        "in distribution",
+        "never below 0.091",
+        "10.0000 Hz is the data set's nominal rate",
+    ] {
+        assert!(said.contains(part), "{part:?} is missing in\n{said}");
+    }
+    let rejected = score(root.join("iros20/traj_3.npy"));
+    expect_code(&rejected, 1);
+    let said = stdout(&rejected);
+    for part in ["OUT OF DISTRIBUTION", "where", "why", "30.0000 Hz"] {
+        assert!(said.contains(part), "{part:?} is missing in\n{said}");
+    }
+    let noise = folder.path().join("noise");
+    let bytes: Vec<u8> = (0..10_000_u32)
+        .map(|i| (i.wrapping_mul(2_654_435_761) >> 11) as u8)
+        .collect();
+    std::fs::write(&noise, bytes).expect("written");
+    expect_code(&score(noise), 2);
+}
