@@ -1,4 +1,4 @@
-//! Out-of-distribution statistics, densities, calibration and metrics.
+#![doc = include_str!("../README.md")]
 
 pub mod calibration;
 pub mod density;

@@ -128,6 +128,30 @@ fn one_window_is_judged_by_its_p_value() {
 }
 
 #[test]
+fn where_no_share_is_rare_enough_each_window_has_to_be() {
+    // Six trusted logs, one of them unlike the rest: held out, all its windows are beyond, so eight
+    // windows (two without overlap) beyond are no rarity at alpha = 0.05.
+    let (mut rows, of, names) = trusted(6, 30);
+    rows.splice(150.., log(5, 30, 5.0));
+    let detector = DetectorStatistics::fit(config(Combination::Joint), &rows, &of, &names).unwrap();
+    assert_eq!(detector.calibration().units[5].beyond, 30);
+    let mut faulty = log(300, 8, -30.0);
+    let verdict = detector.judge_at(&faulty, 0.02).unwrap();
+    assert_eq!((verdict.rule, verdict.share_limit), (Rule::Window, None));
+    assert!(verdict.ood && verdict.beyond == 8, "{verdict:?}");
+    assert!(
+        verdict
+            .notes
+            .iter()
+            .any(|n| n.contains("no share of 8 windows")),
+        "{:?}",
+        verdict.notes
+    );
+    faulty[3] = log(301, 1, 0.0).remove(0);
+    assert!(!detector.judge_at(&faulty, 0.02).unwrap().ood);
+}
+
+#[test]
 fn one_or_two_trusted_logs_are_cut_and_it_is_said() {
     for logs in [1, 2] {
         let detector = fit(config(Combination::Joint), logs, 120 / logs);
@@ -150,7 +174,9 @@ fn one_or_two_trusted_logs_are_cut_and_it_is_said() {
         let fine = detector.judge_at(&log(101, 40, 6.0), 1e-4).unwrap();
         assert!(!fine.ood && fine.share_limit.is_none());
         assert!(
-            fine.notes.iter().any(|n| n.contains("cannot tell")),
+            fine.notes
+                .iter()
+                .any(|n| n.contains("nothing can be called OOD")),
             "{:?}",
             fine.notes
         );
@@ -162,10 +188,7 @@ fn one_or_two_trusted_logs_are_cut_and_it_is_said() {
 #[test]
 fn held_out_scores_are_those_of_a_fit_without_the_log() {
     let (rows, of, _) = trusted(4, 30);
-    let DensityConfig::Mixture(params) = config(Combination::Joint).density else {
-        panic!("a mixture")
-    };
-    let density = DensityConfig::Mixture(params);
+    let density = config(Combination::Joint).density;
     let found = cross_fit(&rows, &of, &density, Folds::LeaveOneLogOut, 4).unwrap();
     let without_last = dose3_ood::DensityModel::fit(&rows[..90], &of[..90], &density).unwrap();
     for (row, score) in rows[90..].iter().zip(&found.scores[90..]) {

@@ -17,7 +17,7 @@ fn near(found: f64, expected: f64) {
 
 #[test]
 fn auroc_by_hand() {
-    // Pairs won by OOD: 2 beats 1; 3 beats 1, 2; ties 2-2 once: (1 + 0.5 + 2) / 4 ... of 2 x 2.
+    // Of four pairs OOD wins 2-1, 3-1, 3-2 and ties 2-2.
     near(
         auroc(&scores(&[1.0, 2.0]), &scores(&[2.0, 3.0])).unwrap(),
         3.5 / 4.0,

@@ -10,7 +10,10 @@
 //! few logs (one included) and close to the observed shares where there are many.
 //!
 //! Priors: `rate` ~ Beta(1, 1/alpha - 1), whose mean is the alpha that the threshold was set for, by
-//! construction; `rho` uniform on (0, 1), which says nothing.
+//! construction; `rho` ~ Beta(1, 2), which leans towards logs that are alike. In simulations (60
+//! windows, rate 0.05, alpha 0.05) false alarms per log were 2 to 4 % for rho = 0.1 and 5 to 7 % for
+//! rho = 0.3 with 1 to 40 trusted logs; a uniform prior gave 2 to 4 % and 5 to 6 %, a Beta(1, 5) up
+//! to 9 %.
 
 use crate::density::log_sum_exp;
 use crate::error::Error;
@@ -29,8 +32,8 @@ pub struct SharePrediction {
 }
 
 impl SharePrediction {
-    /// From `(beyond, windows)` of each held-out trusted log; windows should not overlap, see
-    /// [`thin`]. `alpha` in (0, 1) is the share that the window threshold was set for.
+    /// From `(beyond, windows)` of each held-out trusted log, counted in windows that do not
+    /// overlap. `alpha` in (0, 1) is the share that the window threshold was set for.
     ///
     /// # Errors
     /// [`Error::Parameter`] for an alpha outside of (0, 1), [`Error::Shape`] where more windows are
@@ -54,9 +57,9 @@ impl SharePrediction {
         for rate in logit_grid() {
             for rho in logit_grid() {
                 let (a, b) = (rate * (1.0 - rho) / rho, (1.0 - rate) * (1.0 - rho) / rho);
-                // Both Jacobians of the even grid in logits; the Beta(1, 1/alpha - 1) density.
+                // Both Jacobians of the even grid in logits, and the two prior densities.
                 let jacobian = (rate * (1.0 - rate) * rho * (1.0 - rho)).ln();
-                let prior = (1.0 / alpha - 2.0) * (1.0 - rate).ln();
+                let prior = (1.0 / alpha - 2.0) * (1.0 - rate).ln() + (1.0 - rho).ln();
                 let likelihood: f64 = logs.iter().map(|&(k, m)| ln_choose_beta(k, m, a, b)).sum();
                 grid.push((jacobian + prior + likelihood, a, b));
             }
@@ -170,8 +173,8 @@ mod tests {
             };
             prediction.grid.iter().map(of).sum()
         };
-        for k in 1..=7 {
-            assert!((tails[k] - direct(k)).abs() < 1e-7);
+        for (k, tail) in tails.iter().enumerate() {
+            assert!((tail - direct(k)).abs() < 1e-7);
         }
     }
 
@@ -240,7 +243,7 @@ mod tests {
                 let (beyond, windows) = log(60);
                 alarms += usize::from(prediction.tails(windows)[beyond] <= 0.05);
             }
-            assert!((4..=36).contains(&alarms), "{logs} logs: {alarms} of 400");
+            assert!((4..=28).contains(&alarms), "{logs} logs: {alarms} of 400");
         }
     }
 

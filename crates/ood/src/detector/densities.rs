@@ -13,7 +13,7 @@ use std::borrow::Cow;
 #[serde(rename_all = "kebab-case")]
 pub enum Densities {
     /// One over all columns; groups are its marginals.
-    Joint(DensityModel),
+    Joint(Box<DensityModel>),
     /// One for each group, in the order of the groups.
     PerGroup(Vec<DensityModel>),
 }
@@ -58,11 +58,8 @@ impl Resolved {
         logs: &[usize],
     ) -> Result<Densities, Error> {
         if self.joint {
-            return Ok(Densities::Joint(DensityModel::fit(
-                rows,
-                logs,
-                &self.configs[0],
-            )?));
+            let model = DensityModel::fit(rows, logs, &self.configs[0])?;
+            return Ok(Densities::Joint(Box::new(model)));
         }
         let each = groups
             .iter()

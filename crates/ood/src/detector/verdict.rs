@@ -3,13 +3,15 @@
 //! With n trusted logs a per-log p-value cannot fall below 1/(n+1). So:
 //!
 //! 1. where alpha is at least 1/(n+1) and the log has as many windows as some trusted log, the
-//!    p-value of its mean window score decides ([`Rule::PValue`]): exact under exchangeability, no
-//!    model;
+//!    p-value of its mean window score decides ([`Rule::PValue`]): it needs no model of how logs
+//!    differ, only that a trusted log could have been any of them;
 //! 2. else the share of its windows beyond the threshold decides, against what held-out trusted logs
 //!    showed ([`Rule::Share`], see [`crate::calibration::SharePrediction`]): a mean over few windows
 //!    scatters more than one over many, and a share's limit knows the number of windows;
-//! 3. a log of windows that all overlap is one window to both; it is OOD where all of them have a
-//!    p-value of at most alpha ([`Rule::Window`]).
+//! 3. where no share is rare enough at that alpha (few windows, or a trusted log that was all beyond
+//!    the threshold), or where all windows overlap and are one window to both, the log is OOD if each
+//!    of its windows has a p-value of at most alpha ([`Rule::Window`]): all windows are beyond no more
+//!    often than the first one is.
 
 use super::DetectorStatistics;
 use crate::calibration::{Reference, thin_down};
@@ -27,7 +29,7 @@ pub enum Rule {
     PValue,
     /// The share of windows beyond the threshold.
     Share,
-    /// The p-value of the only window, or of windows that all overlap.
+    /// The p-value of every single window.
     Window,
 }
 
@@ -121,19 +123,19 @@ pub(super) fn judge(
         .map(|u| u.windows)
         .min()
         .unwrap_or(0);
-    let rule = if thin_windows == 1 {
-        Rule::Window
-    } else if smallest_p_value <= alpha && windows >= fewest {
+    let rule = if thin_windows > 1 && smallest_p_value <= alpha && windows >= fewest {
         Rule::PValue
-    } else {
+    } else if thin_windows > 1 && limit.is_some() {
         Rule::Share
+    } else {
+        Rule::Window
     };
     let ood = match rule {
         Rule::PValue => p_value <= alpha,
         Rule::Share => share_p_value <= alpha,
         Rule::Window => window_p_values.iter().all(|&p| p <= alpha),
     };
-    let notes = notes(detector, alpha, rule, windows, fewest, share_limit);
+    let notes = notes(detector, alpha, rule, windows, thin_windows, fewest);
     Ok(LogVerdict {
         ood,
         alpha,
@@ -159,8 +161,8 @@ fn notes(
     alpha: f64,
     rule: Rule,
     windows: usize,
+    thin_windows: usize,
     fewest: usize,
-    share_limit: Option<f64>,
 ) -> Vec<String> {
     let calibration = &detector.calibration;
     let logs = match calibration.logs {
@@ -168,10 +170,14 @@ fn notes(
         n => format!("{n} trusted logs"),
     };
     let mut notes = Vec::new();
-    if calibration.smallest_p_value() > alpha && rule == Rule::Share {
+    if rule != Rule::PValue && calibration.smallest_p_value() > alpha {
+        let decides = match rule {
+            Rule::Share => ": the share of windows beyond the held-out window threshold decides",
+            _ => "",
+        };
         notes.push(format!(
             "with {logs} a per-log p-value cannot fall below 1/{} = {:.3}, and alpha = {alpha} is \
-             finer: the share of windows beyond the held-out window threshold decides",
+             finer{decides}",
             calibration.logs + 1,
             calibration.smallest_p_value(),
         ));
@@ -188,22 +194,18 @@ fn notes(
             calibration.units.len(),
         ));
     }
-    if rule == Rule::Share && share_limit.is_none() {
-        notes.push(format!(
-            "so few windows and {logs} cannot tell at alpha = {alpha}: not even all windows beyond \
-             the threshold would be rare enough"
-        ));
-    }
     let finest = calibration.windows.smallest_p_value();
     if rule == Rule::Window {
-        notes.push(format!(
-            "the log is so short that {}",
-            if windows == 1 {
-                "it has one window, whose p-value decides"
-            } else {
-                "all its windows overlap: it is OOD where each window is"
-            },
-        ));
+        notes.push(match windows {
+            1 => "the log has one window, whose own p-value decides".to_owned(),
+            _ if thin_windows == 1 => {
+                "all windows of the log overlap: it is OOD where each of them is".to_owned()
+            }
+            _ => format!(
+                "with {logs} no share of {windows} windows is rare enough to decide at alpha = \
+                 {alpha}: the log is OOD where each of its windows is"
+            ),
+        });
         if finest > alpha {
             notes.push(format!(
                 "with {} held-out windows a window's p-value cannot fall below {finest:.4}, and \
