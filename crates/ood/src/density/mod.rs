@@ -18,7 +18,7 @@ pub use config::DensityConfig;
 pub use covariance::{Covariance, CovarianceKind, Shrinkage};
 pub use em::{Components, GaussianMixtureParams, GaussianMixtureValidParams};
 pub use kernel::{Bandwidth, KernelDensity, KernelParams};
-pub use mixture::GaussianMixture;
+pub use mixture::{Component, GaussianMixture};
 pub use neighbours::{NeighbourDensity, NeighbourParams};
 pub use points::Metric;
 pub use standardizer::Standardizer;
