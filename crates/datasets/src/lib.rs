@@ -2,6 +2,7 @@
 
 mod detect;
 mod error;
+pub mod faults;
 mod format;
 mod load;
 mod naming;

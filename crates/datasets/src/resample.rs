@@ -30,6 +30,15 @@ const RATE_TOLERANCE: f64 = 0.05;
 /// # Ok::<(), dose3_datasets::Error>(())
 /// ```
 pub fn resample(trajectory: &Trajectory, hertz: f64) -> Result<Trajectory, Error> {
+    resample_at(trajectory, hertz, 0.0)
+}
+
+/// As [`resample`], with the first sample of each stretch `phase` steps (0 to 1) after its first stamp.
+pub(crate) fn resample_at(
+    trajectory: &Trajectory,
+    hertz: f64,
+    phase: f64,
+) -> Result<Trajectory, Error> {
     if !(hertz > 0.0 && hertz <= 1e6) {
         let found = hertz.to_string();
         return Err(Error::Parameter {
@@ -60,12 +69,16 @@ pub fn resample(trajectory: &Trajectory, hertz: f64) -> Result<Trajectory, Error
     for stretch in stretches(trajectory, trajectory.max_gap) {
         let stamps = &trajectory.stamps[stretch.clone()];
         let poses = &trajectory.poses[stretch];
+        let span = (stamps[stamps.len() - 1] - stamps[0]) as f64;
+        // Half a nanosecond of grace, so that rounding of the stamps does not cost the last pose.
+        let steps = (span + 0.5) / period - phase;
+        if steps < 0.0 {
+            continue;
+        }
+        let samples = steps as usize + 1;
         if !result.poses.is_empty() {
             result.breaks.push(result.poses.len());
         }
-        let span = (stamps[stamps.len() - 1] - stamps[0]) as f64;
-        // Half a nanosecond of grace, so that rounding of the stamps does not cost the last pose.
-        let samples = ((span + 0.5) / period) as usize + 1;
         if samples > 1000 + 100 * stamps.len() {
             return Err(Error::Parameter {
                 what: "largest gap",
@@ -79,7 +92,7 @@ pub fn resample(trajectory: &Trajectory, hertz: f64) -> Result<Trajectory, Error
         }
         let mut after = 0;
         for index in 0..samples {
-            let stamp = stamps[0] + (index as f64 * period).round() as i64;
+            let stamp = stamps[0] + ((index as f64 + phase) * period).round() as i64;
             while after + 1 < stamps.len() && stamps[after] < stamp {
                 after += 1;
             }

@@ -204,7 +204,7 @@ fn seconds(nanoseconds: i64) -> String {
 }
 
 /// Roll, pitch, yaw of `Rz(yaw) Ry(pitch) Rx(roll)`; at a pitch of 90 degrees the yaw is set to 0.
-fn euler_angles(rotation: &Rotation) -> [f64; 3] {
+pub(crate) fn euler_angles(rotation: &Rotation) -> [f64; 3] {
     let r = rotation.matrix();
     let cosine = r[(0, 0)].hypot(r[(1, 0)]);
     let pitch = (-r[(2, 0)]).atan2(cosine);

@@ -4,6 +4,7 @@
 
 use std::path::PathBuf;
 
+use dose3_datasets::faults::{Control, Fault, Injection};
 use dose3_datasets::{
     Format, Frame, Kind, LoadOptions, RateSource, Representation, Scaling, Trajectory, discover,
     leave_one_out, load, load_all, windows,
@@ -175,6 +176,50 @@ fn iros20() {
     eprintln!("iros20: {} groups of equal length", folds.len());
     assert!(folds.len() < 42);
     check(&logs);
+}
+
+#[test]
+fn faults() {
+    let Some(root) = data("") else { return };
+    for part in [
+        "kitti/poses/00.txt",
+        "robotcar/2019-01-11-14-02-26",
+        "iros20/traj_11.npy",
+    ] {
+        let sound = load(&root.join(part), &LoadOptions::default()).unwrap();
+        let range = sound.len() / 3..2 * sound.len() / 3;
+        let step = |log: &Trajectory, pose: usize| log.poses[pose - 1].relative(&log.poses[pose]);
+        for (_, _, fault) in Fault::suite() {
+            let Injection {
+                trajectory: faulty,
+                affected,
+            } = fault.inject(&sound, range.clone(), 1).unwrap();
+            assert_eq!(faulty.poses[..range.start], sound.poses[..range.start]);
+            // Both logs counted from their ends.
+            for back in 1..faulty.len() - affected.end {
+                let (a, b) = (
+                    step(&faulty, faulty.len() - back),
+                    step(&sound, sound.len() - back),
+                );
+                let error = (a.matrix() - b.matrix()).amax();
+                assert!(error < 1e-8, "{fault} in {part}: {error:e}");
+            }
+            for pose in &faulty.poses {
+                let r = pose.rotation.matrix();
+                let error = (r.tr_mul(r) - Matrix::identity()).amax();
+                assert!(error < 1e-12 && pose.is_finite(), "{fault} in {part}");
+            }
+        }
+        for control in Control::ALL {
+            let changed = control.apply(&sound, 1).unwrap();
+            let ratio = changed.distance() / sound.distance();
+            eprintln!("{control} of {part}: {ratio:.5} of the path");
+            assert!(
+                (0.9..1.0001).contains(&ratio),
+                "{control} of {part}: {ratio}"
+            );
+        }
+    }
 }
 
 #[test]

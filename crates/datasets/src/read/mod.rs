@@ -16,6 +16,7 @@ use std::path::Path;
 
 use crate::{Error, Format, LoadOptions, Trajectory};
 
+pub(crate) use collect::euler_rotation;
 pub(crate) use iros20::frame_files;
 pub(crate) use npy::write_4x4;
 pub(crate) use text::{signature, split_fields};

@@ -74,3 +74,15 @@ pub fn with_copy(text: &str, line: usize, after: usize) -> String {
     lines.insert(after, lines[line - 1]);
     lines.join("\n") + "\n"
 }
+
+/// Poses that are not finite, or whose rotation is not one within a tolerance.
+pub fn bad_poses(log: &Trajectory, tolerance: f64) -> usize {
+    let is_bad = |pose: &&dose3_lie::Pose| {
+        let r = pose.rotation.matrix();
+        let error = (r.tr_mul(r) - dose3_lie::Matrix::identity()).amax();
+        let good =
+            pose.is_finite() && error < tolerance && (r.determinant() - 1.0).abs() < tolerance;
+        !good
+    };
+    log.poses.iter().filter(is_bad).count()
+}
