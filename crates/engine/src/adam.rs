@@ -1,6 +1,14 @@
 //! Adam with global-norm gradient clipping and a moving average of the weights, over one flat
 //! parameter vector.
 
+use rayon::prelude::*;
+
+use crate::adam_kernel::{Coefficients, Slices, square_sum, update};
+use crate::simd::Isa;
+
+/// Numbers that are worked on together. It fixes the order in which the norm is summed.
+const BLOCK: usize = 1 << 14;
+
 /// Settings of [`Adam`]; the learning rate is given per step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdamConfig {
@@ -27,6 +35,8 @@ impl Default for AdamConfig {
 }
 
 /// The optimiser's state: moments, their step count, and the averaged weights.
+///
+/// Large vectors are worked on by the current rayon pool; the result does not depend on it.
 #[derive(Clone, Debug)]
 pub struct Adam {
     config: AdamConfig,
@@ -34,6 +44,7 @@ pub struct Adam {
     m: Vec<f32>,
     v: Vec<f32>,
     ema: Vec<f32>,
+    isa: Isa,
 }
 
 impl Adam {
@@ -46,6 +57,7 @@ impl Adam {
             m: zeros.clone(),
             v: zeros,
             ema: values.to_vec(),
+            isa: Isa::detect(),
         }
     }
 
@@ -78,38 +90,57 @@ impl Adam {
     pub fn step(&mut self, values: &mut [f32], gradient: &[f32], rate: f32, ema_decay: f32) -> f32 {
         assert_eq!(values.len(), self.m.len(), "values fit the state");
         assert_eq!(gradient.len(), self.m.len(), "gradient fits the state");
-        // In f64 and in order: the norm must not depend on how the sum is split.
-        let norm = gradient
-            .iter()
-            .map(|g| f64::from(*g) * f64::from(*g))
-            .sum::<f64>()
-            .sqrt();
+        let norm = self.norm(gradient);
         if !norm.is_finite() {
             return norm as f32;
         }
-        let clip = match self.config.max_grad_norm {
-            Some(max) if norm > f64::from(max) => (f64::from(max) / norm) as f32,
-            _ => 1.0,
-        };
-        self.step += 1;
         let AdamConfig {
             beta1,
             beta2,
             epsilon,
-            ..
+            max_grad_norm,
         } = self.config;
+        let clip = match max_grad_norm {
+            Some(max) if norm > f64::from(max) => (f64::from(max) / norm) as f32,
+            _ => 1.0,
+        };
+        self.step += 1;
         let correction = |beta: f32| 1.0 - f64::from(beta).powf(self.step as f64);
-        let scale1 = (f64::from(rate) / correction(beta1)) as f32;
-        let scale2 = (1.0 / correction(beta2).sqrt()) as f32;
-        let state = self.m.iter_mut().zip(&mut self.v).zip(&mut self.ema);
-        for ((value, g), ((m, v), ema)) in values.iter_mut().zip(gradient).zip(state) {
-            let g = g * clip;
-            *m = beta1 * *m + (1.0 - beta1) * g;
-            *v = beta2 * *v + (1.0 - beta2) * g * g;
-            *value -= scale1 * *m / (v.sqrt() * scale2 + epsilon);
-            *ema += (1.0 - ema_decay) * (*value - *ema);
-        }
+        let coefficients = Coefficients {
+            clip,
+            beta1,
+            beta2,
+            rate: (f64::from(rate) / correction(beta1)) as f32,
+            scale: (1.0 / correction(beta2).sqrt()) as f32,
+            epsilon,
+            ema: 1.0 - ema_decay,
+        };
+        let isa = self.isa;
+        let values = values.par_chunks_mut(BLOCK).zip(gradient.par_chunks(BLOCK));
+        let moments = self
+            .m
+            .par_chunks_mut(BLOCK)
+            .zip(self.v.par_chunks_mut(BLOCK));
+        let blocks = values.zip(moments).zip(self.ema.par_chunks_mut(BLOCK));
+        blocks.for_each(|(((values, gradient), (m, v)), ema)| {
+            let slices = Slices {
+                values,
+                gradient,
+                m,
+                v,
+                ema,
+            };
+            update(isa, coefficients, slices);
+        });
         norm as f32
+    }
+
+    /// Euclidean norm; block sums are added in f64 and in order, so that it does not depend on
+    /// how the work was shared.
+    fn norm(&self, gradient: &[f32]) -> f64 {
+        let blocks = gradient.par_chunks(BLOCK);
+        let sums: Vec<f64> = blocks.map(|block| square_sum(self.isa, block)).collect();
+        sums.iter().sum::<f64>().sqrt()
     }
 }
 

@@ -182,13 +182,16 @@ impl Engine {
     }
 }
 
+/// Parameters that are copied together.
+const BLOCK: usize = 1 << 16;
+
 /// Most windows that a worker takes at once when scoring.
 const SCORED: usize = 16;
 
 /// Windows whose gradients are added up before they join the others'. It fixes the order of
 /// summation, so it may not depend on the threads.
 fn training_chunk(batch: usize) -> usize {
-    (batch / 4).clamp(1, 8)
+    (batch / 8).clamp(1, 8)
 }
 
 impl NoiseModel for Engine {
@@ -197,9 +200,25 @@ impl NoiseModel for Engine {
     }
 
     fn set_parameters(&mut self, values: &[f32]) -> Result<(), ModelError> {
-        check_values(&self.plan.layout, values)?;
-        self.values.clear();
-        self.values.extend_from_slice(values);
+        check_count(&self.plan.layout, "the parameter vector", values)?;
+        let finite = AtomicBool::new(true);
+        self.workers
+            .for_each(values.chunks(BLOCK).collect(), |block| {
+                if !block
+                    .iter()
+                    .fold(true, |all, value| all & value.is_finite())
+                {
+                    finite.store(false, Ordering::Relaxed);
+                }
+            });
+        if !finite.into_inner() {
+            // Says which.
+            return check_values(&self.plan.layout, values);
+        }
+        self.values.resize(values.len(), 0.0);
+        let blocks = self.values.chunks_mut(BLOCK).zip(values.chunks(BLOCK));
+        let copy = |(own, new): (&mut [f32], &[f32])| own.copy_from_slice(new);
+        self.workers.for_each(blocks.collect(), copy);
         self.weights
             .pack_forward(&self.workers, self.isa, &self.plan, &self.values);
         self.backward_ready = false;
@@ -279,7 +298,11 @@ impl NoiseModel for Engine {
 impl Engine {
     /// A worker's memory; a new one where a panic (of the loss) has left it half done.
     fn workspace(&self, worker: usize, training: bool) -> MutexGuard<'_, Workspace> {
-        let of = if training { &self.training[worker] } else { &self.scoring[worker] };
+        let of = if training {
+            &self.training[worker]
+        } else {
+            &self.scoring[worker]
+        };
         of.lock().unwrap_or_else(|poisoned| {
             let mut guard = poisoned.into_inner();
             *guard = Workspace::new(&self.plan, training);

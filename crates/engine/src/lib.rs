@@ -1,5 +1,6 @@
 //! The DOSE3 noise estimator as a static CPU plan: forward and backward without allocation.
 mod adam;
+mod adam_kernel;
 mod attention_kernels;
 mod backward;
 mod buffer;

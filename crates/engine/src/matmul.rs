@@ -101,9 +101,13 @@ unsafe fn tile<S: Simd, const R: usize, const V: usize>(
     depth_stride: usize,
     rhs: *const f32,
     rhs_stride: usize,
+    ahead: *const f32,
 ) -> [[S::V; V]; R] {
     unsafe {
         for depth in 0..k {
+            if depth % 4 == 0 {
+                S::prefetch(ahead.wrapping_add(depth * 4));
+            }
             let mut right = [S::splat(0.0); V];
             for (v, right) in right.iter_mut().enumerate() {
                 *right = S::load(rhs.add(depth * rhs_stride + v * S::LANES));
@@ -135,12 +139,16 @@ struct Strip {
     add_row: usize,
     out: *mut f32,
     out_row: usize,
+    /// Weights that are needed next; every tile asks for its share of them.
+    ahead: *const f32,
+    ahead_step: usize,
 }
 
 /// `R` rows from `row` of a strip.
 #[inline(always)]
 unsafe fn rows<S: Simd, const R: usize, const V: usize>(strip: &Strip, row: usize) {
     unsafe {
+        let number = row / R;
         let lhs = strip.lhs.add(row * strip.lhs_row);
         let zeros = [[S::splat(0.0); V]; R];
         let sums = tile::<S, R, V>(
@@ -151,6 +159,7 @@ unsafe fn rows<S: Simd, const R: usize, const V: usize>(strip: &Strip, row: usiz
             1,
             strip.rhs,
             strip.rhs_row,
+            strip.ahead.wrapping_add(number * strip.ahead_step),
         );
         for v in 0..V {
             let column = v * S::LANES;
@@ -238,6 +247,9 @@ unsafe fn multiply_body<S: Simd>(
         let width = panel_width(n, first);
         // Not past the panel, whose width may be half a step.
         let columns = (n - column).min(step).min(first + width - column);
+        // The next panel follows this one, and the next matrix the last panel.
+        let ahead = packed.as_ptr().wrapping_add((first + width) * k);
+        let (share, tiles) = (width * k / samples, (rows / 8).max(1));
         for sample in 0..samples {
             // SAFETY: the checks above bound every row of `k` and `n` numbers; a panel is
             // padded to its width, which is a multiple of the tile's.
@@ -261,6 +273,8 @@ unsafe fn multiply_body<S: Simd>(
                     add_row,
                     out: base.add(out.start + sample * out.sample + column),
                     out_row: out.row,
+                    ahead: ahead.wrapping_add(sample * share),
+                    ahead_step: share / tiles,
                 };
                 match S::LANES {
                     16 if width == PANEL => strip::<S, 8, 2>(rows, &piece),
@@ -396,12 +410,19 @@ impl Product<'_> {
         columns: usize,
     ) {
         unsafe {
+            for r in R..2 * R {
+                let next = out.wrapping_add((row + r) * self.n).cast_const();
+                S::prefetch(next);
+                S::prefetch(next.wrapping_add(16));
+            }
             let mut sums = [[S::splat(0.0); V]; R];
             for sample in 0..self.samples {
                 let lhs = self.lhs.data.as_ptr();
                 let lhs = lhs.add(self.lhs.start + sample * self.lhs.sample + row);
                 let rhs = rhs.add(sample * self.rows * self.width);
-                sums = tile::<S, R, V>(sums, self.rows, lhs, 1, self.lhs.row, rhs, self.width);
+                let ahead = lhs.wrapping_add(self.lhs.sample);
+                let (left, right) = (self.lhs.row, self.width);
+                sums = tile::<S, R, V>(sums, self.rows, lhs, 1, left, rhs, right, ahead);
             }
             for (r, sums) in sums.iter().enumerate() {
                 for (v, &sum) in sums.iter().enumerate() {

@@ -9,7 +9,7 @@ use crate::linear_map::{LinearMap, Matrix, Part};
 use crate::matmul::{PANEL, panel_width};
 use crate::plan::Plan;
 use crate::row_moments::{row_moments, standardise, standardise_backward};
-use crate::simd::Isa;
+use crate::simd::{Isa, Simd, dispatch};
 use crate::workers::Workers;
 
 /// Outputs that are turned over together; divides [`PANEL`].
@@ -104,48 +104,85 @@ fn effective_row(isa: Isa, map: &LinearMap, values: &[f32], source: usize, row: 
     }
 }
 
-/// `block[j][r] = rows[r][j]` for up to 16 rows.
-fn turn(rows: &[f32], size: usize, block: &mut [f32]) {
-    // Blocks of both sides that stay in the first-level cache.
-    for from in (0..size).step_by(32) {
-        let to = size.min(from + 32);
-        for (r, row) in rows.chunks_exact(size).enumerate() {
-            for (j, &value) in row[from..to].iter().enumerate() {
-                block[(from + j) * OUTPUTS + r] = value;
+dispatch! {
+    /// `block[j][r] = rows[r][j]` for up to 16 rows of `size`.
+    fn turn(rows: &[f32], size: usize, block: &mut [[f32; OUTPUTS]]) = turn_body
+}
+
+dispatch! {
+    /// The inverse of [`turn`].
+    fn turn_back(block: &[[f32; OUTPUTS]], size: usize, rows: &mut [f32]) = turn_back_body
+}
+
+/// # Safety
+/// The machine has `S`.
+#[inline(always)]
+unsafe fn turn_body<S: Simd>(rows: &[f32], size: usize, block: &mut [[f32; OUTPUTS]]) {
+    let count = rows.len() / size;
+    assert!(count <= OUTPUTS && size <= block.len());
+    let whole = [count, size].map(|n| n / S::LANES * S::LANES);
+    for j in (0..whole[1]).step_by(S::LANES) {
+        for r in (0..whole[0]).step_by(S::LANES) {
+            // SAFETY: a whole block of `LANES` rows and columns on both sides.
+            unsafe {
+                let to = block.as_flattened_mut().as_mut_ptr().add(j * OUTPUTS + r);
+                S::transpose(rows.as_ptr().add(r * size + j), size, to, OUTPUTS);
             }
+        }
+    }
+    for (r, row) in rows.chunks_exact(size).enumerate() {
+        let from = if r < whole[0] { whole[1] } else { 0 };
+        for (to, &value) in block[from..].iter_mut().zip(&row[from..]) {
+            to[r] = value;
         }
     }
 }
 
-/// The inverse of [`turn`].
-fn turn_back(block: &[f32], size: usize, rows: &mut [f32]) {
-    for from in (0..size).step_by(32) {
-        let to = size.min(from + 32);
-        for (r, row) in rows.chunks_exact_mut(size).enumerate() {
-            for (j, value) in row[from..to].iter_mut().enumerate() {
-                *value = block[(from + j) * OUTPUTS + r];
+/// # Safety
+/// The machine has `S`.
+#[inline(always)]
+unsafe fn turn_back_body<S: Simd>(block: &[[f32; OUTPUTS]], size: usize, rows: &mut [f32]) {
+    let count = rows.len() / size;
+    assert!(count <= OUTPUTS && size <= block.len());
+    let whole = [count, size].map(|n| n / S::LANES * S::LANES);
+    for r in (0..whole[0]).step_by(S::LANES) {
+        for j in (0..whole[1]).step_by(S::LANES) {
+            // SAFETY: a whole block of `LANES` rows and columns on both sides.
+            unsafe {
+                let from = block.as_flattened().as_ptr().add(j * OUTPUTS + r);
+                S::transpose(from, OUTPUTS, rows.as_mut_ptr().add(r * size + j), size);
             }
+        }
+    }
+    for (r, row) in rows.chunks_exact_mut(size).enumerate() {
+        let from = if r < whole[0] { whole[1] } else { 0 };
+        for (value, from) in row[from..].iter_mut().zip(&block[from..]) {
+            *value = from[r];
         }
     }
 }
 
 /// Taps in a mask.
-fn set_bits(mask: u32) -> impl Iterator<Item = usize> {
-    (0..32).filter(move |tap| mask >> tap & 1 == 1)
+fn set_bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let tap = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (tap < 32).then_some(tap)
+    })
 }
 
 fn pack_forward(isa: Isa, map: &LinearMap, values: &[f32], base: usize, packed: &mut [f32]) {
     let taps = map.form.taps();
     let size = map.inputs * taps;
     let mut rows = vec![0.0; OUTPUTS * size];
-    let mut block = vec![0.0; OUTPUTS * size];
+    let mut block = vec![[0.0; OUTPUTS]; size];
     let sources: Vec<usize> = map.weight_rows().collect();
     for (b, sources) in sources.chunks(OUTPUTS).enumerate() {
         let rows = &mut rows[..sources.len() * size];
         for (row, &source) in rows.chunks_exact_mut(size).zip(sources) {
             effective_row(isa, map, values, source, row);
         }
-        turn(rows, size, &mut block);
+        turn(isa, rows, size, &mut block);
         let output = b * OUTPUTS;
         for part in &map.parts {
             for matrix in &part.forward {
@@ -155,8 +192,8 @@ fn pack_forward(isa: Isa, map: &LinearMap, values: &[f32], base: usize, packed: 
                 for (t, &mask) in matrix.application.taps.iter().enumerate() {
                     for ci in 0..part.channels {
                         let to = start + (t * part.channels + ci) * width;
-                        let to = &mut packed[to..to + OUTPUTS];
-                        sum_taps(&block, (part.first + ci) * taps, mask, to);
+                        let from = &block[(part.first + ci) * taps..][..taps];
+                        packed[to..to + OUTPUTS].copy_from_slice(&sum_taps(from, mask));
                     }
                 }
             }
@@ -164,15 +201,16 @@ fn pack_forward(isa: Isa, map: &LinearMap, values: &[f32], base: usize, packed: 
     }
 }
 
-/// `to = sum of the chosen rows` of a block.
-fn sum_taps(block: &[f32], first: usize, mask: u32, to: &mut [f32]) {
-    let mut taps = set_bits(mask).map(|tap| &block[(first + tap) * OUTPUTS..][..OUTPUTS]);
-    if let Some(one) = taps.next() {
-        to.copy_from_slice(one);
+/// The sum of the chosen taps' rows of a block.
+fn sum_taps(taps: &[[f32; OUTPUTS]], mask: u32) -> [f32; OUTPUTS] {
+    if mask.is_power_of_two() {
+        return taps[mask.trailing_zeros() as usize];
     }
-    for more in taps {
-        to.iter_mut().zip(more).for_each(|(to, more)| *to += more);
+    let mut sum = [0.0; OUTPUTS];
+    for tap in set_bits(mask) {
+        sum.iter_mut().zip(taps[tap]).for_each(|(sum, w)| *sum += w);
     }
+    sum
 }
 
 fn pack_backward(isa: Isa, map: &LinearMap, values: &[f32], base: usize, packed: &mut [f32]) {
@@ -218,6 +256,17 @@ fn spread<const TAPS: usize>(
     }
 }
 
+/// Adds to the chosen taps' rows of a block.
+#[inline(always)]
+fn add_to_taps(gradient: &[f32], mask: u32, taps: &mut [[f32; OUTPUTS]]) {
+    for tap in set_bits(mask) {
+        taps[tap]
+            .iter_mut()
+            .zip(gradient)
+            .for_each(|(to, g)| *to += g);
+    }
+}
+
 /// The gradient of a map's stored weight from that of its matrices. `flat` is a part of the
 /// flat gradient that begins at parameter `base` and holds the weight and its gain.
 pub(crate) fn unpack_gradient(
@@ -231,28 +280,27 @@ pub(crate) fn unpack_gradient(
     let taps = map.form.taps();
     let size = map.inputs * taps;
     let mut rows = vec![0.0; OUTPUTS * size];
-    let mut block = vec![0.0; OUTPUTS * size];
+    let mut block = vec![[0.0; OUTPUTS]; size];
     let sources: Vec<usize> = map.weight_rows().collect();
     for (b, sources) in sources.chunks(OUTPUTS).enumerate() {
         let output = b * OUTPUTS;
-        block.fill(0.0);
+        block.fill([0.0; OUTPUTS]);
         for part in &map.parts {
             for (matrix, &offset) in part.forward.iter().zip(&part.gradient) {
                 for (t, &mask) in matrix.application.taps.iter().enumerate() {
                     for ci in 0..part.channels {
                         let from = offset + (t * part.channels + ci) * matrix.n + output;
-                        let from = &matrices[from..from + sources.len()];
-                        for tap in set_bits(mask) {
-                            let to =
-                                &mut block[((part.first + ci) * taps + tap) * OUTPUTS..][..OUTPUTS];
-                            to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
+                        let to = &mut block[(part.first + ci) * taps..][..taps];
+                        match matrices[from..].first_chunk::<OUTPUTS>() {
+                            Some(from) if sources.len() == OUTPUTS => add_to_taps(from, mask, to),
+                            _ => add_to_taps(&matrices[from..from + sources.len()], mask, to),
                         }
                     }
                 }
             }
         }
         let rows = &mut rows[..sources.len() * size];
-        turn_back(&block, size, rows);
+        turn_back(isa, &block, size, rows);
         for (row, &source) in rows.chunks_exact_mut(size).zip(sources) {
             let at = map.weight + source * size;
             let weight = &values[at..at + size];

@@ -44,6 +44,9 @@ fn a_warm_forward_pass_allocates_nothing() {
         let count = ALLOCATIONS.load(Ordering::Relaxed) - before;
         // The thread pool's queue takes a block of memory now and then; the engine nothing.
         let allowed = if threads == 1 { 0 } else { 4 };
-        assert!(count <= allowed, "{count} allocations in 20 passes on {threads} threads");
+        assert!(
+            count <= allowed,
+            "{count} allocations in 20 passes on {threads} threads"
+        );
     }
 }

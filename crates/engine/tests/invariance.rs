@@ -20,13 +20,26 @@ fn any_number_of_threads_gives_the_same_bytes() {
         let batch = Batch::new(&config, batch, 48, 4);
         let mut one = engine(&parameters, 1);
         let (output, gradient) = (batch.output(&mut one), batch.gradient(&mut one));
-        assert!(output.iter().chain(&gradient).all(|value| value.is_finite()));
+        assert!(
+            output
+                .iter()
+                .chain(&gradient)
+                .all(|value| value.is_finite())
+        );
         for threads in [2, 3, 8] {
             let mut many = engine(&parameters, threads);
             // Twice: what the first call leaves behind must not show in the second.
             for _ in 0..2 {
-                assert_eq!(bits(&batch.output(&mut many)), bits(&output), "{threads} threads");
-                assert_eq!(bits(&batch.gradient(&mut many)), bits(&gradient), "{threads} threads");
+                assert_eq!(
+                    bits(&batch.output(&mut many)),
+                    bits(&output),
+                    "{threads} threads"
+                );
+                assert_eq!(
+                    bits(&batch.gradient(&mut many)),
+                    bits(&gradient),
+                    "{threads} threads"
+                );
             }
         }
     }
@@ -42,9 +55,18 @@ fn a_windows_output_does_not_depend_on_its_batch() {
     for i in 0..batch.batch {
         let mut alone = vec![0.0; outputs];
         let x = &batch.x[i * inputs..(i + 1) * inputs];
-        let input = Input { x, steps: &batch.steps[i..=i], batch: 1, length: 64 };
+        let input = Input {
+            x,
+            steps: &batch.steps[i..=i],
+            batch: 1,
+            length: 64,
+        };
         engine.forward(input, &mut alone).expect("forward");
-        assert_eq!(bits(&alone), bits(&together[i * outputs..(i + 1) * outputs]), "window {i}");
+        assert_eq!(
+            bits(&alone),
+            bits(&together[i * outputs..(i + 1) * outputs]),
+            "window {i}"
+        );
     }
 }
 
@@ -84,7 +106,12 @@ fn instruction_sets_agree_on_sizes_that_fill_no_vector() {
         let found = batch.gradient(engine);
         for spec in config.layout().entries() {
             let error = relative_error(&found[spec.range()], &gradient[spec.range()]);
-            assert!(error < 1e-4, "{:?}: {}: {error:e}", engine.instructions(), spec.name);
+            assert!(
+                error < 1e-4,
+                "{:?}: {}: {error:e}",
+                engine.instructions(),
+                spec.name
+            );
         }
     }
 }
@@ -101,7 +128,12 @@ fn a_panic_in_the_loss_reaches_the_caller() {
         let call = || engine.forward_backward(batch.input(), &loss, &mut gradient);
         assert!(catch_unwind(AssertUnwindSafe(call)).is_err());
         // And the engine still works.
-        assert!(batch.gradient(&mut engine).iter().all(|value| value.is_finite()));
+        assert!(
+            batch
+                .gradient(&mut engine)
+                .iter()
+                .all(|value| value.is_finite())
+        );
     }
 }
 
@@ -113,7 +145,14 @@ fn what_does_not_fit_is_refused() {
     let odd = Batch::new(&config, 2, 33, 15);
     let mut output = vec![0.0; odd.upstream.len()];
     let refused = engine.forward(odd.input(), &mut output);
-    assert!(matches!(refused, Err(ModelError::Length { length: 33, multiple: 2, .. })));
+    assert!(matches!(
+        refused,
+        Err(ModelError::Length {
+            length: 33,
+            multiple: 2,
+            ..
+        })
+    ));
     let even = Batch::new(&config, 2, 32, 15);
     assert!(matches!(
         engine.forward(even.input(), &mut output[..7]),
@@ -125,5 +164,8 @@ fn what_does_not_fit_is_refused() {
     ));
     let mut values = parameters.values.clone();
     values[5] = f32::NAN;
-    assert!(matches!(engine.set_parameters(&values), Err(ModelError::NotFinite { .. })));
+    assert!(matches!(
+        engine.set_parameters(&values),
+        Err(ModelError::NotFinite { .. })
+    ));
 }

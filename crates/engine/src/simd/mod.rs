@@ -72,6 +72,11 @@ impl Isa {
         set.available().then_some(Self(set))
     }
 
+    /// The widest set that the machine has.
+    pub(crate) fn detect() -> Self {
+        Self(Instructions::detect())
+    }
+
     pub(crate) fn set(self) -> Instructions {
         self.0
     }
@@ -99,6 +104,7 @@ pub(crate) trait Simd: Copy + 'static {
     unsafe fn sub(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn mul(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn div(a: Self::V, b: Self::V) -> Self::V;
+    unsafe fn sqrt(a: Self::V) -> Self::V;
     unsafe fn min(a: Self::V, b: Self::V) -> Self::V;
     unsafe fn max(a: Self::V, b: Self::V) -> Self::V;
     /// `a * b + c`.

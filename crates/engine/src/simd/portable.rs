@@ -58,6 +58,10 @@ impl Simd for Portable {
         each(a, b, |a, b| a / b)
     }
     #[inline(always)]
+    unsafe fn sqrt(a: [f32; 4]) -> [f32; 4] {
+        a.map(f32::sqrt)
+    }
+    #[inline(always)]
     unsafe fn min(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
         each(a, b, |a, b| if a < b { a } else { b })
     }

@@ -25,11 +25,22 @@ impl Batch {
         let upstream = draw(batch * length * config.out_channels);
         // Some windows share a step, as in training.
         let steps = (0..batch).map(|i| (i * 7 % 11) as f32).collect();
-        Self { x, steps, upstream, batch, length }
+        Self {
+            x,
+            steps,
+            upstream,
+            batch,
+            length,
+        }
     }
 
     pub fn input(&self) -> Input<'_> {
-        Input { x: &self.x, steps: &self.steps, batch: self.batch, length: self.length }
+        Input {
+            x: &self.x,
+            steps: &self.steps,
+            batch: self.batch,
+            length: self.length,
+        }
     }
 
     /// The loss `sum(output * upstream)`.
@@ -49,7 +60,9 @@ impl Batch {
 
     pub fn gradient(&self, model: &mut dyn NoiseModel) -> Vec<f32> {
         let mut gradient = vec![f32::NAN; model.config().parameter_count()];
-        model.forward_backward(self.input(), &self.loss(), &mut gradient).expect("backward");
+        model
+            .forward_backward(self.input(), &self.loss(), &mut gradient)
+            .expect("backward");
         gradient
     }
 }
@@ -69,7 +82,10 @@ pub fn parameters(config: &UNetConfig, seed: u64) -> Parameters {
 }
 
 pub fn engine(parameters: &Parameters, threads: usize) -> Engine {
-    let options = EngineOptions { threads, ..EngineOptions::default() };
+    let options = EngineOptions {
+        threads,
+        ..EngineOptions::default()
+    };
     Engine::new(parameters, options).expect("an engine")
 }
 
@@ -77,7 +93,10 @@ pub fn engine(parameters: &Parameters, threads: usize) -> Engine {
 pub fn every_instruction_set(parameters: &Parameters) -> Vec<Engine> {
     let sets = Instructions::ALL.into_iter().filter(|set| set.available());
     sets.map(|set| {
-        let options = EngineOptions { threads: 1, instructions: Some(set) };
+        let options = EngineOptions {
+            threads: 1,
+            instructions: Some(set),
+        };
         Engine::new(parameters, options).expect("an engine")
     })
     .collect()
@@ -86,8 +105,16 @@ pub fn every_instruction_set(parameters: &Parameters) -> Vec<Engine> {
 /// The largest difference, relative to the largest expected magnitude.
 pub fn relative_error(found: &[f32], expected: &[f32]) -> f32 {
     assert_eq!(found.len(), expected.len());
-    let scale = expected.iter().fold(f32::MIN_POSITIVE, |max, value| max.max(value.abs()));
-    let differences = found.iter().zip(expected).map(|(a, b)| (a - b).abs() / scale);
+    let scale = expected
+        .iter()
+        .fold(f32::MIN_POSITIVE, |max, value| max.max(value.abs()));
+    let differences = found
+        .iter()
+        .zip(expected)
+        .map(|(a, b)| (a - b).abs() / scale);
     // Not `max`, which would drop a NaN.
-    differences.fold(0.0, |worst, error| if error <= worst { worst } else { error })
+    differences.fold(
+        0.0,
+        |worst, error| if error <= worst { worst } else { error },
+    )
 }
