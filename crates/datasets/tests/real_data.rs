@@ -214,8 +214,14 @@ fn faults() {
             let changed = control.apply(&sound, 1).unwrap();
             let ratio = changed.distance() / sound.distance();
             eprintln!("{control} of {part}: {ratio:.5} of the path");
+            // IROS20's steps are mostly noise of the tracker, which interpolation averages out.
+            let least = if part.starts_with("iros20") {
+                0.5
+            } else {
+                0.99
+            };
             assert!(
-                (0.9..1.0001).contains(&ratio),
+                (least..1.0001).contains(&ratio),
                 "{control} of {part}: {ratio}"
             );
         }
