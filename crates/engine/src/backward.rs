@@ -36,19 +36,17 @@ impl Backward<'_> {
     pub(crate) fn run(&self, ws: &mut Workspace, time: &mut [f32]) -> Result<(), Stopped> {
         let plan = self.network.plan;
         let samples = self.steps.len();
-        // Which tensors' gradients hold something already.
-        let mut started = [false; MAX_TENSORS];
-        assert!(plan.tensors.len() <= MAX_TENSORS);
+        ws.backward.started.fill(false);
         self.seed(ws);
         for op in plan.ops.iter().rev() {
             let slot = plan.gradients.of[op.output()];
             let upstream = std::mem::take(&mut ws.backward.slots[slot]);
             let done = match op {
                 Op::Map { map, input, output } => {
-                    self.convolution(*map, *input, *output, samples, ws, &upstream, &mut started)
+                    self.convolution(*map, *input, *output, samples, ws, &upstream)
                 }
-                Op::Block(block) => self.block(block, ws, &upstream, time, &mut started),
-                Op::Attention(attention) => self.attention(attention, ws, &upstream, &mut started),
+                Op::Block(block) => self.block(block, ws, &upstream, time),
+                Op::Attention(attention) => self.attention(attention, ws, &upstream),
             };
             ws.backward.slots[slot] = upstream;
             done?;
@@ -179,7 +177,6 @@ impl Backward<'_> {
         samples: usize,
         ws: &mut Workspace,
         upstream: &[f32],
-        started: &mut [bool],
     ) -> Result<(), Stopped> {
         let network = &self.network;
         let map = network.map(id);
@@ -193,7 +190,13 @@ impl Backward<'_> {
         })?;
         // Nothing asks for the gradient at the network's input.
         if input != 0 {
-            self.input_gradient(&map.parts[0], input, dy, &mut ws.backward.slots, started);
+            self.input_gradient(
+                &map.parts[0],
+                input,
+                dy,
+                &mut ws.backward.slots,
+                &mut ws.backward.started,
+            );
         }
         Ok(())
     }
@@ -222,7 +225,6 @@ impl Backward<'_> {
         ws: &mut Workspace,
         upstream: &[f32],
         time: &mut [f32],
-        started: &mut [bool],
     ) -> Result<(), Stopped> {
         let network = &self.network;
         let (isa, length, samples) = (network.isa, network.length, self.steps.len());
@@ -325,12 +327,12 @@ impl Backward<'_> {
             self.vector_gradients(&b.vectors, gradient);
         })?;
         for (part, &tensor) in conv1.parts.iter().zip(&block.inputs) {
-            self.input_gradient(part, tensor, dy, &mut b.slots, started);
+            self.input_gradient(part, tensor, dy, &mut b.slots, &mut b.started);
         }
 
         // Around them.
         let Some(residual) = block.residual else {
-            self.pass(block.inputs[0], upstream, &mut b.slots, started);
+            self.pass(block.inputs[0], upstream, &mut b.slots, &mut b.started);
             return Ok(());
         };
         let dy = (upstream, haloed);
@@ -350,7 +352,7 @@ impl Backward<'_> {
             self.bias_gradient(samples, rows, dy, gradient);
         })?;
         for (part, &tensor) in map.parts.iter().zip(&block.inputs) {
-            self.input_gradient(part, tensor, dy, &mut b.slots, started);
+            self.input_gradient(part, tensor, dy, &mut b.slots, &mut b.started);
         }
         Ok(())
     }
@@ -370,7 +372,6 @@ impl Backward<'_> {
         attention: &Attention,
         ws: &mut Workspace,
         upstream: &[f32],
-        started: &mut [bool],
     ) -> Result<(), Stopped> {
         let network = &self.network;
         let (isa, length, samples) = (network.isa, network.length, self.steps.len());
@@ -439,7 +440,7 @@ impl Backward<'_> {
             );
         }
 
-        self.pass(attention.input, upstream, &mut b.slots, started);
+        self.pass(attention.input, upstream, &mut b.slots, &mut b.started);
         let dx = &mut b.slots[network.plan.gradients.of[attention.input]];
         for s in 0..samples {
             let range = normalised.range(s, rows);
@@ -584,6 +585,3 @@ impl Backward<'_> {
         }
     }
 }
-
-/// Bound on the tensors of a network, so that the flags need no memory of their own.
-const MAX_TENSORS: usize = 256;

@@ -77,6 +77,8 @@ pub(crate) struct AttentionScratch {
 pub(crate) struct BackwardScratch {
     /// Gradients of the tensors.
     pub(crate) slots: Vec<Buffer>,
+    /// Whether a tensor's gradient holds something already.
+    pub(crate) started: Vec<bool>,
     /// Gradient at a convolution's output, with halo.
     pub(crate) upstream: Buffer,
     /// Gradient at a block's hidden activations.
@@ -126,6 +128,7 @@ impl Workspace {
             attention: AttentionScratch::default(),
             backward: BackwardScratch {
                 slots: vec![Buffer::default(); if training { plan.gradients.count } else { 0 }],
+                started: vec![false; plan.tensors.len()],
                 vectors: std::array::from_fn(|_| vec![0.0; widest]),
                 ..BackwardScratch::default()
             },

@@ -48,7 +48,7 @@ fn compare(config: &UNetConfig, batch: usize, length: usize) {
     for spec in config.layout().entries() {
         // Some gradients are zero but for rounding, such as that of a bias before a
         // normalisation of single channels: no tensor is measured in less than this.
-        let floor = 1e-4 * largest;
+        let floor = 1e-3 * largest;
         let error = error(&found[spec.range()], &expected[spec.range()], floor);
         assert!(error < 1e-4, "{what}: gradient of {}: {error:e}", spec.name);
     }
@@ -89,7 +89,7 @@ fn one_level_and_odd_sizes() {
 /// Fifty steps of Adam on one batch, from the same start.
 #[test]
 fn a_short_training_run_ends_at_the_same_loss_and_output() {
-    let config = UNetConfig::new(3, 3, 8, &[1, 2]);
+    let config = UNetConfig::new(3, 3, 16, &[1, 2]);
     let start = Parameters::init(&config, 4).expect("valid");
     let batch = Batch::new(&config, 8, 64, 5);
     let (mut engine, mut burn) = both(&start);
@@ -99,8 +99,7 @@ fn a_short_training_run_ends_at_the_same_loss_and_output() {
         our_loss < 0.8 * mean_square(&batch.upstream),
         "it learns: {our_loss}"
     );
-    // Rounding grows along the way; Adam's first steps even take the sign of gradients that
-    // are zero but for rounding, so parameters are compared through what they do.
+    // Rounding grows along the way, so parameters are compared through what they do.
     assert!(
         (our_loss / their_loss - 1.0).abs() < 1e-3,
         "{our_loss} and {their_loss}"
