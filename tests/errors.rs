@@ -75,7 +75,7 @@ fn logs_that_cannot_be_judged_are_refused() {
     );
     refused(
         ["score", "--detector", &detector, &nan],
-        &["nan.txt", "line 1"],
+        &["nan.txt:1:", "`NaN`"],
     );
     refused(
         ["score", "--detector", &detector, "--alpha", "2", &nan],

@@ -30,7 +30,7 @@ pub struct ReleaseArgs {
     )]
     pub out: PathBuf,
     /// Optimiser steps
-    #[arg(long, default_value_t = 6000)]
+    #[arg(long, default_value_t = 4000)]
     pub steps: usize,
     /// Windows a step
     #[arg(long, default_value_t = 64)]

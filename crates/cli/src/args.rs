@@ -119,7 +119,7 @@ pub struct Train {
     #[arg(long, value_enum, default_value = "cosine")]
     pub rotation_schedule: ScheduleName,
     /// Optimiser steps
-    #[arg(long, value_name = "N", default_value_t = 6000)]
+    #[arg(long, value_name = "N", default_value_t = 4000)]
     pub steps: usize,
     /// Windows a step
     #[arg(long, value_name = "N", default_value_t = 64)]
@@ -169,7 +169,7 @@ pub struct Fit {
     #[arg(long, value_name = "N")]
     pub steps: Option<usize>,
     /// Noise draws per window, averaged
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 2)]
     pub draws: usize,
     /// Every window gets noise of its own (the paper's evaluation) instead of common draws
     #[arg(long)]

@@ -2,7 +2,8 @@
 
 use anyhow::{Context, Result, bail};
 use dose3_datasets::{
-    Format, Frame, Kind, LoadOptions, RateSource, Representation, Trajectory, load_all, resample,
+    Format, Frame, Kind, LoadOptions, RateSource, Representation, Scaling, Trajectory, load_all,
+    resample,
 };
 use std::path::PathBuf;
 

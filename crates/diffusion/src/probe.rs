@@ -55,7 +55,8 @@ impl ProbeConfig {
             .collect()
     }
 
-    /// The noise of draw `draw` for `window`.
+    /// The noise of draw `draw` for `window`. Draws are independent: antithetic pairs were tried
+    /// and told data sets apart less well (docs/RESULTS.md).
     pub fn noise(&self, process: &Process, window: Window<'_>, draw: usize) -> Noise {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         let key = match self.sharing {
@@ -63,11 +64,8 @@ impl ProbeConfig {
             NoiseSharing::Common => 0,
         };
         rng.set_stream(key.wrapping_add(draw as u64));
-        Noise::draw(
-            &mut rng,
-            window.translation.len() / 3,
-            process.config().rotation_noise,
-        )
+        let length = window.translation.len() / 3;
+        Noise::draw(&mut rng, length, process.config().rotation_noise)
     }
 }
 

@@ -53,12 +53,9 @@ pub struct BenchmarkArgs {
     /// Poses between the starts of windows
     #[arg(long, default_value_t = 32)]
     pub stride: usize,
-    /// Noise draws a window
-    #[arg(long, default_value_t = 1)]
+    /// Noise draws of the row with common noise
+    #[arg(long, default_value_t = 2)]
     pub draws: usize,
-    /// Share the noise draws between windows instead of drawing anew for each (the paper)
-    #[arg(long)]
-    pub common_noise: bool,
     /// Density over the statistics
     #[arg(long, default_value = "mixture:5")]
     pub density: String,
@@ -79,13 +76,56 @@ pub struct BenchmarkArgs {
     pub threads: usize,
 }
 
-/// The rows of the table: statistics, and what they are called.
-const METHODS: [(&str, &str); 5] = [
-    ("paper24", "SE(3), rotation split (24 statistics)"),
-    ("paper12", "SE(3), no split (12)"),
-    ("r3", "R^3, translation alone (6)"),
-    ("moments24", "no network: raw moments of the poses (24)"),
-    ("kinematic", "no network: body-frame kinematics"),
+/// A row of the table.
+pub struct Method {
+    /// Its name in results.
+    pub key: &'static str,
+    /// The statistics.
+    pub statistics: &'static str,
+    /// Which noise they are computed with.
+    pub noise: NoiseSharing,
+    /// What it is called in tables.
+    pub label: &'static str,
+}
+
+/// The rows of the table.
+pub const METHODS: [Method; 6] = [
+    Method {
+        key: "paper24",
+        statistics: "paper24",
+        noise: NoiseSharing::PerWindow,
+        label: "SE(3), rotation split (24 statistics)",
+    },
+    Method {
+        key: "paper24-common",
+        statistics: "paper24",
+        noise: NoiseSharing::Common,
+        label: "SE(3), rotation split (24), common noise draws",
+    },
+    Method {
+        key: "paper12",
+        statistics: "paper12",
+        noise: NoiseSharing::PerWindow,
+        label: "SE(3), no split (12)",
+    },
+    Method {
+        key: "r3",
+        statistics: "r3",
+        noise: NoiseSharing::PerWindow,
+        label: "R^3, translation alone (6)",
+    },
+    Method {
+        key: "moments24",
+        statistics: "moments24",
+        noise: NoiseSharing::PerWindow,
+        label: "no network: raw moments of the poses (24)",
+    },
+    Method {
+        key: "kinematic",
+        statistics: "kinematic",
+        noise: NoiseSharing::PerWindow,
+        label: "no network: body-frame kinematics",
+    },
 ];
 
 /// Runs the benchmark and writes its results.
@@ -134,7 +174,6 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
         stride: stride(args),
         steps: steps(args, header.process.steps),
         draws: args.draws,
-        noise: sharing(args),
         density: args.density.clone(),
         resamples: args.resamples,
         window: header.window,
@@ -179,13 +218,9 @@ fn one_run(
         .collect();
     data.iter_mut()
         .for_each(|set| set.prepare(poses, stride(args), &unseen));
-    let methods: Vec<StatisticsSet> = METHODS
-        .iter()
-        .map(|(m, _)| Ok(m.parse()?))
-        .collect::<Result<_>>()?;
     let rows: Vec<Vec<Vec<Vec<f64>>>> = data
         .iter()
-        .map(|set| statistics(args, set, model, &methods, seed))
+        .map(|set| statistics(args, set, model, seed))
         .collect::<Result<_>>()?;
     let windows: usize = data.iter().map(|s| s.windows.len()).sum();
     let scoring_seconds = start.elapsed().as_secs_f64();
@@ -201,7 +236,7 @@ fn one_run(
     )?;
     let mut tables = Vec::new();
     for protocol in Protocol::ALL {
-        for (m, (method, _)) in METHODS.iter().enumerate() {
+        for (m, method) in METHODS.iter().enumerate() {
             let mut cells: Vec<Cell> = Vec::new();
             for (i, id) in data.iter().enumerate() {
                 let side = Rows {
@@ -220,7 +255,7 @@ fn one_run(
             }
             tables.push(report::Table {
                 protocol,
-                method: (*method).to_string(),
+                method: method.key.to_string(),
                 cells,
             });
         }
@@ -235,38 +270,47 @@ fn one_run(
     })
 }
 
-/// The statistics of every method for every window of a set, from one pass of the networks:
-/// `[method][window][column]`.
+/// The statistics of every method for every window of a set, one pass of the networks for each
+/// kind of noise: `[method][window][column]`.
 fn statistics(
     args: &BenchmarkArgs,
     set: &DataSet,
     model: &Model,
-    methods: &[StatisticsSet],
     seed: u64,
 ) -> Result<Vec<Vec<Vec<f64>>>> {
     let process = Process::new(model.header.process)?;
     let mut models = args.backend.load(&model.parameters, args.threads)?;
-    let probe = ProbeConfig {
-        steps: steps(args, process.steps()),
-        draws: args.draws,
-        seed,
-        sharing: sharing(args),
-    };
-    let mut extractor = Extractor {
-        models: &mut models,
-        process: &process,
-        probe,
-        representation: model.header.representation,
-    };
-    let bar = progress(set.windows.len() as u64, set.name)?;
-    let mut rows = vec![Vec::with_capacity(set.windows.len()); methods.len()];
-    extractor.for_each(&set.trajectories, &set.windows, true, &mut |_, data| {
-        for (rows, method) in rows.iter_mut().zip(methods) {
-            rows.push(method.evaluate(&data.sample())?);
-        }
-        bar.inc(1);
-        Ok(())
-    })?;
+    let bar = progress(2 * set.windows.len() as u64, set.name)?;
+    let mut rows = vec![Vec::with_capacity(set.windows.len()); METHODS.len()];
+    for (sharing, draws) in [
+        (NoiseSharing::PerWindow, 1),
+        (NoiseSharing::Common, args.draws),
+    ] {
+        let methods: Vec<(usize, StatisticsSet)> = METHODS
+            .iter()
+            .enumerate()
+            .filter(|(_, m)| m.noise == sharing)
+            .map(|(i, m)| Ok((i, m.statistics.parse()?)))
+            .collect::<Result<_>>()?;
+        let mut extractor = Extractor {
+            models: &mut models,
+            process: &process,
+            probe: ProbeConfig {
+                steps: steps(args, process.steps()),
+                draws,
+                seed,
+                sharing,
+            },
+            representation: model.header.representation,
+        };
+        extractor.for_each(&set.trajectories, &set.windows, true, &mut |_, data| {
+            for (i, method) in &methods {
+                rows[*i].push(method.evaluate(&data.sample())?);
+            }
+            bar.inc(1);
+            Ok(())
+        })?;
+    }
     bar.finish_and_clear();
     println!(
         "{}: {} logs, {} windows",
@@ -332,14 +376,6 @@ fn steps(args: &BenchmarkArgs, of_model: usize) -> usize {
         of_model.div_ceil(3)
     } else {
         of_model
-    }
-}
-
-fn sharing(args: &BenchmarkArgs) -> NoiseSharing {
-    if args.common_noise {
-        NoiseSharing::Common
-    } else {
-        NoiseSharing::PerWindow
     }
 }
 

@@ -1,12 +1,11 @@
 //! Results as data and as tables.
 
-use super::METHODS;
 use super::cells::{Cell, Protocol};
 use super::paper;
 use super::sets::DataSet;
+use super::{METHODS, Method};
 use anyhow::{Context, Result, bail};
 use dose3::atomic;
-use dose3_diffusion::NoiseSharing;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
@@ -31,10 +30,8 @@ pub struct Report {
     pub stride: usize,
     /// Diffusion steps visited.
     pub steps: usize,
-    /// Noise draws a window.
+    /// Noise draws a window of the rows with common noise; the others have one draw a window.
     pub draws: usize,
-    /// Own or common noise.
-    pub noise: NoiseSharing,
     /// Density over the statistics.
     pub density: String,
     /// Bootstrap resamples.
@@ -163,8 +160,9 @@ impl Report {
         let _ = writeln!(out, "`cargo xtask {}`", self.command);
         let _ = writeln!(
             out,
-            "commit {}, {}, {:.0} s; windows of {} poses at stride {}, {} diffusion steps, {} \
-             noise draw(s) ({}), density `{}`, {} seed(s).\n",
+            "commit {}, {}, {:.0} s; windows of {} poses at stride {}, {} diffusion steps, one \
+             noise draw a window ({} draws where noise is common to all windows), \
+             density `{}`, {} seed(s).\n",
             self.commit,
             self.machine,
             self.seconds,
@@ -172,10 +170,6 @@ impl Report {
             self.stride,
             self.steps,
             self.draws,
-            match self.noise {
-                NoiseSharing::PerWindow => "own per window",
-                NoiseSharing::Common => "common",
-            },
             self.density,
             self.runs.len()
         );
@@ -204,7 +198,10 @@ impl Report {
         let heads: Vec<String> = columns.iter().map(|(a, b)| format!("{a}/{b}")).collect();
         let _ = writeln!(out, "| method | {} | mean |", heads.join(" | "));
         let _ = writeln!(out, "|---|{}---|", "---|".repeat(columns.len()));
-        for (method, label) in METHODS {
+        for Method {
+            key: method, label, ..
+        } in &METHODS
+        {
             let means: Vec<(f64, f64)> = columns
                 .iter()
                 .map(|c| spread(&self.values(protocol, method, *c, |c| c.auroc.value)))
@@ -254,7 +251,7 @@ impl Report {
         let first = self.runs.first().map_or(&[][..], |r| &r.tables);
         let table = first
             .iter()
-            .find(|t| t.protocol == Protocol::Paper && t.method == METHODS[0].0);
+            .find(|t| t.protocol == Protocol::Paper && t.method == METHODS[0].key);
         for (id, ood) in self.columns() {
             let cell = table.and_then(|t| t.cells.iter().find(|c| c.id == id && c.ood == ood));
             let Some(c) = cell else { continue };
