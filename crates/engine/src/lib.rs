@@ -1,6 +1,11 @@
-//! The DOSE3 noise estimator as a static CPU plan: forward and backward without allocation.
+#![doc = include_str!("../README.md")]
+// Products have two operands, a result and their sizes.
+#![allow(clippy::too_many_arguments)]
+
 mod adam;
 mod adam_kernel;
+mod attention;
+mod attention_backward;
 mod attention_kernels;
 mod backward;
 mod buffer;

@@ -164,18 +164,15 @@ pub(crate) unsafe fn store_up_to<S: Simd>(p: *mut f32, n: usize, v: S::V) {
 macro_rules! dispatch {
     ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? = $body:ident) => {
         $(#[$meta])*
-        #[allow(clippy::too_many_arguments)] // kernels
         $vis fn $name(isa: $crate::simd::Isa, $($arg: $type),*) $(-> $out)? {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx2,fma")]
-            #[allow(clippy::too_many_arguments)]
             unsafe fn avx512($($arg: $type),*) $(-> $out)? {
                 // SAFETY: this function's own requirement.
                 unsafe { $body::<$crate::simd::Avx512>($($arg),*) }
             }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma")]
-            #[allow(clippy::too_many_arguments)]
             unsafe fn avx2($($arg: $type),*) $(-> $out)? {
                 // SAFETY: this function's own requirement.
                 unsafe { $body::<$crate::simd::Avx2>($($arg),*) }
