@@ -266,6 +266,8 @@ impl NoiseModel for Engine {
     ) -> Result<(), ModelError> {
         input.check(&self.plan.config)?;
         check_count(&self.plan.layout, "the gradient", gradient)?;
+        // The order of the steps is an order of summation: it may not depend on earlier calls.
+        self.time.clear();
         self.look_up(input.steps);
         self.prepare_backward(input.batch);
         let chunk = training_chunk(input.batch);

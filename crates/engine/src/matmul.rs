@@ -442,3 +442,7 @@ impl Product<'_> {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "matmul_tests.rs"]
+mod tests;
