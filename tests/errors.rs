@@ -152,7 +152,7 @@ fn a_motion_model_refuses_what_does_not_fit_and_names_the_flag() {
     let slow = log("slow.txt", 5.0, 300);
     refused(
         ["score", "--detector", &out, "--frame", "body-flu", &slow],
-        &["5.0000 Hz", "--nominal-rate"],
+        &["5.0000 Hz", "that of its stamps", "train --rate 5"],
     );
     // A faster log is interpolated down, and the output says so.
     let fast = log("fast.txt", 100.0, 2000);
@@ -162,6 +162,20 @@ fn a_motion_model_refuses_what_does_not_fit_and_names_the_flag() {
         stdout(&run).contains("interpolated from 100"),
         "{}",
         stdout(&run)
+    );
+    // A claim against the stamps is refused.
+    refused(
+        [
+            "score",
+            "--detector",
+            &out,
+            "--frame",
+            "body-flu",
+            "--nominal-rate",
+            "20",
+            &fast,
+        ],
+        &["has stamps", "--nominal-rate"],
     );
     // Millimetres where metres are expected.
     let run = dose3([
@@ -176,6 +190,42 @@ fn a_motion_model_refuses_what_does_not_fit_and_names_the_flag() {
     ]);
     expect_code(&run, 2);
     assert!(stderr(&run).contains("--unit"), "{}", stderr(&run));
+}
+
+/// A paper model counts poses, but kinematic statistics are metric: rate and axes must fit.
+#[test]
+fn metric_statistics_refuse_another_rate_and_other_axes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let model = text(&tiny_model(folder.path(), &[]));
+    let data = text(&folder.path().join("train"));
+    let out = text(&folder.path().join("kinematic.dose3"));
+    let fit = dose3([
+        "fit",
+        "--model",
+        &model,
+        "--trusted",
+        &data,
+        "--out",
+        &out,
+        "--statistics",
+        "kinematic",
+        "--density",
+        "mixture:1",
+    ]);
+    expect_code(&fit, 0);
+    let path = folder.path().join("slow.txt");
+    let slow = trajectory(Platform::Vehicle, 9, 300, 5.0);
+    write::tum(&mut std::fs::File::create(&path).expect("a file"), &slow).expect("written");
+    refused(
+        ["score", "--detector", &out, &text(&path)],
+        &["5.0000 Hz", "20.0000 Hz are needed"],
+    );
+    let same = text(&folder.path().join("train/vehicle_0.txt"));
+    refused(
+        ["score", "--detector", &out, "--frame", "camera-rdf", &same],
+        &["frame camera-rdf, expected sensor", "--frame"],
+    );
+    expect_code(&dose3(["score", "--detector", &out, &same]), 0);
 }
 
 #[test]

@@ -237,6 +237,88 @@ fn half_precision_is_half_the_size_and_scores_alike() {
     let half = tiny_model(folder.path(), &["--half"]);
     let size = |p: &Path| std::fs::metadata(p).expect("a file").len() as f64;
     assert!(size(&half) < 0.6 * size(&full));
+    let data = text(&folder.path().join("train"));
+    let scores = |model: &Path| -> Vec<f64> {
+        let out = text(&model.with_extension("detector"));
+        let fit = dose3([
+            "fit",
+            "--model",
+            &text(model),
+            "--trusted",
+            &data,
+            "--out",
+            &out,
+            "--density",
+            "mixture:1",
+        ]);
+        expect_code(&fit, 0);
+        let json = stdout(&dose3(["score", "--detector", &out, &data, "--json"]));
+        let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        let logs = value["logs"].as_array().expect("logs");
+        logs.iter()
+            .map(|l| l["mean_score"].as_f64().expect("a score"))
+            .collect()
+    };
+    let (full, half) = (scores(&full), scores(&half));
+    assert_eq!(full.len(), 4);
+    for (a, b) in full.iter().zip(&half) {
+        assert!((a - b).abs() < 0.05 * (1.0 + a.abs()), "{a} and {b}");
+    }
+}
+
+/// Files of released versions stay readable: this detector was written by version 0.1.0 (see
+/// tests/fixtures/README.md), and still gives the scores it gave then.
+#[test]
+fn a_detector_of_version_1_stays_readable() {
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures");
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = write_logs(folder.path(), Platform::Vehicle, 1, 400).remove(0);
+    let detector = text(&fixtures.join("detector-v1.dose3"));
+    let run = dose3(["score", "--detector", &detector, "--json", &text(&log)]);
+    expect_code(&run, 0);
+    let value: serde_json::Value = serde_json::from_str(&stdout(&run)).expect("JSON");
+    let score = value["logs"][0]["mean_score"].as_f64().expect("a score");
+    let then: f64 = std::fs::read_to_string(fixtures.join("detector-v1.score"))
+        .expect("the score of then")
+        .trim()
+        .parse()
+        .expect("a number");
+    // Other processors round differently.
+    assert!(
+        (score - then).abs() < 1e-2 * (1.0 + then.abs()),
+        "{score}, then {then}"
+    );
+}
+
+#[test]
+fn every_process_can_be_trained() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let model = tiny_model(
+        folder.path(),
+        &[
+            "--rotation-process",
+            "tangent",
+            "--rotation-noise",
+            "ig-so3",
+            "--rotation-schedule",
+            "linear",
+            "--translation-schedule",
+            "linear",
+        ],
+    );
+    let bytes = std::fs::read(model).expect("bytes");
+    let (model, _) = dose3::model_file::Model::from_bytes(&bytes).expect("a model");
+    let process = model.header.process;
+    assert_eq!(
+        process.rotation_process,
+        dose3_diffusion::RotationProcess::Tangent
+    );
+    assert_eq!(
+        process.rotation_noise,
+        dose3_diffusion::RotationNoise::IgSo3
+    );
+    assert_eq!(process.rotation, dose3_diffusion::NoiseSchedule::LINEAR);
+    assert_eq!(process.translation, dose3_diffusion::NoiseSchedule::LINEAR);
 }
 
 #[test]

@@ -13,6 +13,9 @@ pub struct DataRoot {
 }
 
 impl DataRoot {
+    /// `source` of the folder that is looked for where none is named.
+    pub const DEFAULT: &str = "data/";
+
     /// The first of `--data`, `$DOSE3_DATA` and `data/` that is given or there.
     ///
     /// # Errors
@@ -20,7 +23,9 @@ impl DataRoot {
     pub fn find_optional(flag: Option<&Path>) -> Result<Option<Self>> {
         let named = match flag {
             Some(path) => Some((path.to_path_buf(), "--data")),
-            None => std::env::var_os("DOSE3_DATA").map(|v| (PathBuf::from(v), "$DOSE3_DATA")),
+            None => std::env::var_os("DOSE3_DATA")
+                .filter(|v| !v.is_empty())
+                .map(|v| (PathBuf::from(v), "$DOSE3_DATA")),
         };
         if let Some((path, source)) = named {
             if !path.is_dir() {
@@ -31,7 +36,7 @@ impl DataRoot {
         let path = PathBuf::from("data");
         Ok(path.is_dir().then_some(Self {
             path,
-            source: "data/",
+            source: Self::DEFAULT,
         }))
     }
 

@@ -86,6 +86,22 @@ pub enum ScheduleName {
     Linear,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RotationNoiseName {
+    /// A Gaussian in the tangent space, as in the paper
+    Tangent,
+    /// The heat kernel on SO(3)
+    IgSo3,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RotationProcessName {
+    /// exactly invertible for every rotation and noise
+    Group,
+    /// invertible while the sum stays shorter than pi
+    Tangent,
+}
+
 #[derive(Debug, ClapArgs)]
 pub struct Train {
     /// Files or folders with logs
@@ -100,7 +116,7 @@ pub struct Train {
     /// Poses a window
     #[arg(long, value_name = "N", default_value_t = 128)]
     pub window: usize,
-    /// Logs held out for validation, by name (default: about 15 % of them, drawn by seed)
+    /// Logs held out for validation, by name, or `none` (default: about 15 % of them, by seed)
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub hold_out: Vec<String>,
     /// Resample faster logs to this rate first, hertz
@@ -115,9 +131,18 @@ pub struct Train {
     /// Diffusion steps T
     #[arg(long, value_name = "T", default_value_t = 30)]
     pub diffusion_steps: usize,
-    /// Noise schedule of the rotations (translations use cosine)
+    /// Noise schedule of the translations
+    #[arg(long, value_enum, default_value = "cosine")]
+    pub translation_schedule: ScheduleName,
+    /// Noise schedule of the rotations (the authors' code: linear)
     #[arg(long, value_enum, default_value = "cosine")]
     pub rotation_schedule: ScheduleName,
+    /// Noise of the rotations
+    #[arg(long, value_enum, default_value = "tangent")]
+    pub rotation_noise: RotationNoiseName,
+    /// How rotations are noised: the equations' group product or Algorithm 1's tangent sum
+    #[arg(long, value_enum, default_value = "group")]
+    pub rotation_process: RotationProcessName,
     /// Optimiser steps
     #[arg(long, value_name = "N", default_value_t = 4000)]
     pub steps: usize,
@@ -200,9 +225,6 @@ pub struct Score {
     /// Share of trusted logs that may be rejected (default: the detector's)
     #[arg(long)]
     pub alpha: Option<f64>,
-    /// Poses between the starts of windows (default: the detector's)
-    #[arg(long, value_name = "N")]
-    pub stride: Option<usize>,
     #[command(flatten)]
     pub reading: Reading,
     #[command(flatten)]

@@ -1,6 +1,7 @@
 //! Detector files: a model file whose metadata also holds what trusted logs looked like to it.
 
 use crate::atomic;
+use crate::logs::Needs;
 use crate::model_file::{LogRecord, Model};
 use anyhow::{Context, Result, bail};
 use dose3_diffusion::ProbeConfig;
@@ -20,6 +21,8 @@ pub const VERSION: u32 = 1;
 pub struct DetectorHeader {
     /// Version of this header.
     pub format_version: u32,
+    /// What a log must be like to be judged.
+    pub needs: Needs,
     /// Steps, draws and seed of the noise.
     pub probe: ProbeConfig,
     /// Poses between the starts of windows.
@@ -76,6 +79,12 @@ impl Detector {
         let header: DetectorHeader = serde_json::from_str(json).context(unreadable)?;
         if header.stride == 0 || header.probe.draws == 0 || header.probe.steps == 0 {
             bail!("stride, draws or steps of the detector are 0");
+        }
+        if header.needs.representation != model.header.representation {
+            bail!("the representations of model and detector differ");
+        }
+        if !(header.needs.rate.is_finite() && header.needs.rate > 0.0) {
+            bail!("rate {} Hz is not a positive number", header.needs.rate);
         }
         let config = header.statistics.config();
         if (config.draws, config.seed) != (header.probe.draws, header.probe.seed) {

@@ -19,6 +19,16 @@ pub struct MetricReport {
 /// What an evaluation found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Evaluation {
+    /// Statistics of the detector.
+    pub statistics: String,
+    /// Seed of the noise draws, of the density's fit and of the bootstrap.
+    pub seed: u64,
+    /// Noise draws a window.
+    pub draws: usize,
+    /// Diffusion steps visited.
+    pub steps: usize,
+    /// Bootstrap resamples.
+    pub resamples: usize,
     /// In-distribution windows.
     pub id_windows: usize,
     /// Out-of-distribution windows.
@@ -88,7 +98,13 @@ pub fn evaluate(
             .map(|((metric, _), estimate)| MetricReport { metric, estimate })
             .collect())
     };
+    let header = &judge.detector().header;
     Ok(Evaluation {
+        statistics: header.statistics.config().statistics.to_string(),
+        seed: header.probe.seed,
+        draws: header.probe.draws,
+        steps: header.probe.steps,
+        resamples: bootstrap.resamples,
         id_windows: id.scores.len(),
         ood_windows: ood.scores.len(),
         id_logs_rejected: (id.rejected, id_count),
@@ -141,7 +157,7 @@ fn side(judge: &mut Judge, logs: Vec<Trajectory>, progress: &mut dyn FnMut(&str)
                 names.len() - 1
             });
         let name = log.name.clone();
-        let report = judge.judge(log, None, None, &|_, _| ())?;
+        let report = judge.judge(log, None, &|_, _| ())?;
         side.scores
             .extend(report.window_reports.iter().map(|w| w.score));
         side.logs

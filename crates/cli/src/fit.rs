@@ -3,10 +3,10 @@
 use crate::backend::Backend;
 use crate::detector_file::{Detector, DetectorHeader, VERSION};
 use crate::features::Extractor;
-use crate::logs::conform;
+use crate::logs::{Needs, conform};
 use crate::model_file::{LogRecord, Model};
 use anyhow::{Context, Result, bail};
-use dose3_datasets::{Trajectory, Window, windows_of_each};
+use dose3_datasets::{Kind, Trajectory, Window, windows_of_each};
 use dose3_diffusion::{NoiseSharing, ProbeConfig, Process};
 use dose3_ood::{DensityConfig, DetectorConfig, DetectorStatistics, StatisticsSet};
 use std::collections::BTreeSet;
@@ -65,9 +65,21 @@ pub fn fit(
         seed: options.seed,
         sharing: options.sharing,
     };
+    let first = trusted.first().context("no trusted log to fit on")?;
+    // A motion model fixes rate and axes; a paper model takes those of the trusted logs.
+    let (rate, frame) = match header.representation.kind {
+        Kind::Motion => (header.rate, header.frame),
+        Kind::Paper => (first.rate.hertz, first.frame),
+    };
+    let needs = Needs {
+        representation: header.representation,
+        metric: options.statistics.needs_increments(),
+        rate,
+        frame,
+    };
     let (mut logs, mut notes) = (Vec::new(), BTreeSet::new());
     for t in trusted {
-        let (t, said) = conform(t, header.representation, header.rate, header.frame)?;
+        let (t, said) = conform(t, &needs)?;
         logs.push(t);
         notes.extend(said);
     }
@@ -104,6 +116,7 @@ pub fn fit(
         model: model.clone(),
         header: DetectorHeader {
             format_version: VERSION,
+            needs,
             probe,
             stride: options.stride,
             trusted: logs.iter().map(LogRecord::from).collect(),

@@ -5,6 +5,7 @@ use dose3_datasets::{
     Format, Frame, Kind, LoadOptions, RateSource, Representation, Scaling, Trajectory, load_all,
     resample,
 };
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// What a user may say about logs whose files do not.
@@ -76,7 +77,14 @@ fn apply(t: &mut Trajectory, options: &ReadOptions) -> Result<()> {
             .iter_mut()
             .for_each(|p| p.translation *= options.unit);
     }
-    if let (Some(hertz), RateSource::Nominal) = (options.nominal_rate, t.rate.source) {
+    if let Some(hertz) = options.nominal_rate {
+        if t.rate.source == RateSource::Stamps {
+            bail!(
+                "log {} has stamps, which say {:.4} Hz; --nominal-rate is for logs without",
+                t.name,
+                t.rate.hertz
+            );
+        }
         let step = 1e9 / hertz;
         for (i, stamp) in t.stamps.iter_mut().enumerate() {
             *stamp = (i as f64 * step).round() as i64;
@@ -89,6 +97,8 @@ fn apply(t: &mut Trajectory, options: &ReadOptions) -> Result<()> {
 /// A log that steps this many times farther than the model's data is in another unit. The other
 /// way round proves nothing: logs may stand still.
 const UNIT_FACTOR: f64 = 100.0;
+/// Rates that differ by less are the same rate.
+const RATE_TOLERANCE: f64 = 0.05;
 
 /// Median distance between consecutive poses, metres.
 fn median_step(t: &Trajectory) -> f64 {
@@ -101,71 +111,94 @@ fn median_step(t: &Trajectory) -> f64 {
     steps.get(steps.len() / 2).copied().unwrap_or_default()
 }
 
-/// Fits logs to what a model was trained on. A `paper` model counts poses, so a different rate is
-/// only noted; a `motion` model depends on time and axes, so a faster log is interpolated down
-/// and a slower one, or one in another kind of frame, is refused with the flag that resolves it.
-/// Answers the notes for the user.
+/// What a log must be like to be judged.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Needs {
+    /// How poses become numbers.
+    pub representation: Representation,
+    /// Whether statistics are taken of metres and radians per pose in the body frame, past the
+    /// representation (`kinematic`).
+    pub metric: bool,
+    /// Rate of the data it was made from, hertz.
+    pub rate: f64,
+    /// Body frame of that data.
+    pub frame: Frame,
+}
+
+impl Needs {
+    /// Whether time and axes matter, not only the order of poses.
+    pub fn exacting(&self) -> bool {
+        self.metric || self.representation.kind == Kind::Motion
+    }
+
+    fn accepts(&self, frame: Frame) -> bool {
+        // `motion` maps all frames with a known forward axis to one; bare increments do not.
+        let mapped = !self.metric && self.frame.has_forward() && frame.has_forward();
+        frame == self.frame || mapped
+    }
+}
+
+/// Fits a log to what it is to be judged by. A `paper` model counts poses, so another rate is only
+/// noted; where time and axes matter, a faster log is interpolated down, and a slower one, one in
+/// another kind of frame or in another unit is refused with the flag that resolves it. Answers
+/// the notes for the user.
 ///
 /// # Errors
 /// A log that does not fit.
-pub fn conform(
-    trajectory: Trajectory,
-    representation: Representation,
-    rate: f64,
-    frame: Frame,
-) -> Result<(Trajectory, Vec<String>)> {
+pub fn conform(trajectory: Trajectory, needs: &Needs) -> Result<(Trajectory, Vec<String>)> {
     let mut notes = Vec::new();
-    let ratio = trajectory.rate.hertz / rate;
-    if trajectory.rate.source == RateSource::Nominal {
+    let (own, rate) = (trajectory.rate.hertz, needs.rate);
+    let (name, ratio) = (&trajectory.name, own / rate);
+    let nominal = trajectory.rate.source == RateSource::Nominal;
+    if nominal {
         notes.push(format!(
-            "no stamps in the file: {:.4} Hz is the data set's nominal rate (--nominal-rate changes it)",
-            trajectory.rate.hertz
+            "no stamps in the file: {own:.4} Hz is the data set's nominal rate (--nominal-rate \
+             changes it)"
         ));
     }
-    if representation.kind == Kind::Paper {
-        if (ratio - 1.0).abs() > 0.05 {
+    if !needs.exacting() {
+        if (ratio - 1.0).abs() > RATE_TOLERANCE {
             notes.push(format!(
-                "the log has {:.4} Hz, the model's data {rate:.4} Hz; a paper model counts poses, so \
-                 a window spans another time",
-                trajectory.rate.hertz
+                "the log has {own:.4} Hz, the trusted logs {rate:.4} Hz; a paper model counts \
+                 poses, so a window spans another time"
             ));
         }
         return Ok((trajectory, notes));
     }
-    if trajectory.frame != frame && trajectory.frame.has_forward() != frame.has_forward() {
+    if !needs.accepts(trajectory.frame) {
         bail!(
-            "log {} is in frame {}, the model was trained in {frame}: name the log's body axes \
-             with --frame camera-rdf, body-frd or body-flu",
-            trajectory.name,
-            trajectory.frame
+            "log {name} is in frame {}, expected {}: name the log's body axes with --frame \
+             (camera-rdf, body-frd, body-flu, object or sensor)",
+            trajectory.frame,
+            needs.frame
         );
     }
-    if let Scaling::Stored { translation, .. } = representation.scaling {
+    if let Scaling::Stored { translation, .. } = needs.representation.scaling {
         let step = median_step(&trajectory) * ratio;
         if step > translation * UNIT_FACTOR {
             bail!(
-                "log {} moves {step:.3} m a step, the model's data {translation:.3} m: its positions \
-                 are hardly metres; name their unit with --unit (0.001 for millimetres)",
-                trajectory.name
+                "log {name} moves {step:.3} m a step, the model's data {translation:.3} m: its \
+                 positions are hardly metres; name their unit with --unit (0.001 for millimetres)"
             );
         }
     }
-    if ratio < 0.95 {
+    if ratio < 1.0 - RATE_TOLERANCE {
+        let hint = if nominal {
+            "if that is not its rate, name it with --nominal-rate"
+        } else {
+            "its rate is that of its stamps"
+        };
         bail!(
-            "log {} has {:.4} Hz, the model needs {rate:.4} Hz and cannot invent poses in between; \
-             if the log's rate is wrong, set it with --nominal-rate, else fit with a model \
-             trained at its rate (train --rate {:.4})",
-            trajectory.name,
-            trajectory.rate.hertz,
-            trajectory.rate.hertz
+            "log {name} has {own:.4} Hz, {rate:.4} Hz are needed and poses in between cannot be \
+             invented; {hint}, else train and fit at its rate (train --rate {own:.4})"
         );
     }
-    if ratio > 1.05 {
+    if ratio > 1.0 + RATE_TOLERANCE {
         let slower = resample(&trajectory, rate)
-            .with_context(|| format!("log {} cannot be resampled", trajectory.name))?;
+            .with_context(|| format!("log {name} cannot be resampled"))?;
         notes.push(format!(
-            "interpolated from {:.4} Hz down to the model's {rate:.4} Hz",
-            trajectory.rate.hertz
+            "interpolated from {own:.4} Hz down to {rate:.4} Hz"
         ));
         return Ok((slower, notes));
     }

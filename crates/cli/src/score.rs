@@ -37,7 +37,7 @@ pub struct WindowReport {
     pub beyond: bool,
 }
 
-/// A run of windows beyond the threshold that touch or overlap.
+/// A run of overlapping windows beyond the threshold.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Segment {
     /// First pose of the run.
@@ -122,18 +122,18 @@ impl Judge {
         &self.detector
     }
 
-    /// Judges one log. `stride` and `alpha` default to the detector's.
+    /// Judges one log. `alpha` defaults to the detector's; the windows lie as they did when it was
+    /// fitted, because its calibration knows how much they overlap.
     ///
     /// # Errors
     /// A log that does not fit the detector or is shorter than a window.
     pub fn judge(
         &mut self,
         log: Trajectory,
-        stride: Option<usize>,
         alpha: Option<f64>,
         progress: &dyn Fn(usize, usize),
     ) -> Result<LogReport> {
-        let (log, windows, rows, mut notes) = self.statistics(log, stride, progress)?;
+        let (log, windows, rows, mut notes) = self.statistics(log, progress)?;
         let statistics = &self.detector.header.statistics;
         let alpha = alpha.unwrap_or(statistics.config().alpha);
         let verdict = statistics.judge_at(&rows, alpha)?;
@@ -148,12 +148,11 @@ impl Judge {
     pub fn statistics(
         &mut self,
         log: Trajectory,
-        stride: Option<usize>,
         progress: &dyn Fn(usize, usize),
     ) -> Result<(Trajectory, Vec<Window>, Vec<Vec<f64>>, Vec<String>)> {
         let header = &self.detector.model.header;
-        let (log, notes) = conform(log, header.representation, header.rate, header.frame)?;
-        let stride = stride.unwrap_or(self.detector.header.stride);
+        let (log, notes) = conform(log, &self.detector.header.needs)?;
+        let stride = self.detector.header.stride;
         let poses = header.representation.kind.poses(header.window);
         let logs = std::slice::from_ref(&log);
         let windows = windows_of_each(logs, poses, stride)?;
@@ -229,7 +228,7 @@ fn segments(log: &Trajectory, windows: &[WindowReport]) -> Vec<Segment> {
     let mut segments: Vec<Segment> = Vec::new();
     for w in windows.iter().filter(|w| w.beyond) {
         match segments.last_mut() {
-            Some(s) if w.first_pose <= s.last_pose + 1 => {
+            Some(s) if w.first_pose <= s.last_pose => {
                 s.last_pose = w.last_pose;
                 s.end_s = seconds(w.last_stamp_ns);
                 s.worst_score = s.worst_score.max(w.score);

@@ -60,6 +60,9 @@ impl NoiseSchedule {
     }
 }
 
+/// More steps than any published process has; a file that asks for more is damaged.
+const MAX_STEPS: usize = 100_000;
+
 /// The numbers of one schedule for `t = 0 .. steps`; step 0 is the least noised one
 /// (the paper's `t = 1`).
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +80,18 @@ impl Schedule {
     pub fn new(kind: NoiseSchedule, steps: usize) -> Result<Self, Error> {
         if steps == 0 {
             return Err(Error::Schedule("needs at least one step".into()));
+        }
+        if steps > MAX_STEPS {
+            return Err(Error::Schedule(format!(
+                "{steps} steps, expected at most {MAX_STEPS}"
+            )));
+        }
+        if let NoiseSchedule::Cosine { offset } = kind
+            && !(offset.is_finite() && offset >= 0.0)
+        {
+            return Err(Error::Schedule(format!(
+                "cosine offset {offset}, expected a number of 0 or more"
+            )));
         }
         let beta = kind.betas(steps);
         if let Some((t, b)) = beta
@@ -199,6 +214,10 @@ mod tests {
     #[test]
     fn impossible_schedules_are_refused() {
         assert!(Schedule::new(NoiseSchedule::COSINE, 0).is_err());
+        assert!(Schedule::new(NoiseSchedule::COSINE, usize::MAX).is_err());
+        for offset in [-1.0, f64::NAN, f64::INFINITY] {
+            assert!(Schedule::new(NoiseSchedule::Cosine { offset }, 10).is_err());
+        }
         assert!(
             Schedule::new(
                 NoiseSchedule::Linear {

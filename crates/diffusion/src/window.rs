@@ -70,15 +70,6 @@ impl Noise {
             rotation,
         }
     }
-
-    /// The mirrored draw, for antithetic pairs.
-    pub fn negated(&self) -> Self {
-        let negate = |v: &[f32]| v.iter().map(|x| -x).collect();
-        Self {
-            translation: negate(&self.translation),
-            rotation: negate(&self.rotation),
-        }
-    }
 }
 
 fn unit_igso3() -> &'static dose3_lie::igso3::IgSo3 {

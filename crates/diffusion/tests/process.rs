@@ -120,44 +120,153 @@ proptest! {
     }
 }
 
-/// With the truth in the network's place, ancestral sampling walks back to the clean window.
+/// The posterior mean by hand, and the same for rotations about one axis, which commute.
 #[test]
-fn sampling_with_the_true_noise_ends_at_the_clean_window() {
+fn posterior_mean_by_hand() {
     for mode in [RotationProcess::Group, RotationProcess::Tangent] {
         let p = process(mode, NoiseSchedule::COSINE);
-        let mut rng = ChaCha8Rng::seed_from_u64(3);
-        let (translation, _) = random_window(11);
-        let clean: Vec<Rotation> = (0..LENGTH)
-            .map(|i| so3::exp(&Vector::new(0.05 * i as f64, -0.3, 0.1)))
-            .collect();
-        let rotation = rotation_slice(&clean);
-        let x0 = Window {
-            translation: &translation,
-            rotation: &rotation,
-        };
-        let mut state = p.prior(&Noise::draw(&mut rng, LENGTH, RotationNoise::Tangent));
-        for t in (0..p.steps()).rev() {
-            let fresh = Noise::draw(&mut rng, LENGTH, RotationNoise::Tangent);
-            state = p.step_from_x0(x0, state.as_window(), &fresh, t).unwrap();
-        }
-        for (a, b) in state.translation.iter().zip(&translation) {
-            assert!((a - b).abs() < 1e-5);
-        }
-        for (a, b) in rotations(&state).iter().zip(&clean) {
-            assert!(so3::distance(a, b) < 1e-5, "{mode:?}");
+        for t in [3, 11, 25] {
+            // beta, alpha_bar from the definition, not from the table under test.
+            let f = |k: usize| {
+                ((k as f64 / 30.0 + 0.008) / 1.008 * std::f64::consts::FRAC_PI_2)
+                    .cos()
+                    .powi(2)
+            };
+            let (now, before) = (f(t + 1) / f(0), f(t) / f(0));
+            let beta = 1.0 - now / before;
+            let w0 = before.sqrt() * beta / (1.0 - now);
+            let wt = (1.0 - beta).sqrt() * (1.0 - before) / (1.0 - now);
+            let axis = Vector::new(0.0, 0.6, 0.8);
+            let clean = rotation_slice(&[so3::exp(&(axis * 0.9))]);
+            let noised = rotation_slice(&[so3::exp(&(axis * -1.7))]);
+            let x0 = Window {
+                translation: &[0.3, -0.2, 1.0],
+                rotation: &clean,
+            };
+            let x_t = Window {
+                translation: &[-1.1, 0.4, 2.0],
+                rotation: &noised,
+            };
+            let mean = p.posterior_mean(x0, x_t, t).unwrap();
+            for ((m, a), b) in mean
+                .translation
+                .iter()
+                .zip(x0.translation)
+                .zip(x_t.translation)
+            {
+                let expected = w0 * f64::from(*a) + wt * f64::from(*b);
+                assert!((f64::from(*m) - expected).abs() < 1e-6, "{mode:?} {t}");
+            }
+            let log = rotation_logs(&mean.rotation)[0];
+            assert!(
+                (log - axis * (w0 * 0.9 - wt * 1.7)).norm() < 1e-6,
+                "{mode:?} {t}"
+            );
         }
     }
 }
 
-/// Forward by one schedule step at a time, or in one jump: the same variance (translation).
+/// A network that knows the clean window answers the noise that leads to it; ancestral steps with
+/// that answer walk the noised window back, each one closer to the clean window's own marginal.
 #[test]
-fn stepwise_and_direct_forward_have_the_same_moments() {
+fn sampling_with_a_perfect_estimate_ends_at_the_clean_window() {
     let p = process(RotationProcess::Group, NoiseSchedule::COSINE);
-    for t in [0, 10, 29] {
-        let variance = (0..=t).fold(0.0, |v, k| {
-            (1.0 - p.translation.beta(k)) * v + p.translation.beta(k)
-        });
-        assert!((variance - p.translation.noise(t).powi(2)).abs() < 1e-12);
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let (translation, clean) = random_window(11);
+    let mut state = p.prior(&Noise::draw(&mut rng, LENGTH, RotationNoise::Tangent));
+    for t in (0..p.steps()).rev() {
+        let (a, s) = (p.translation.signal(t), p.translation.noise(t));
+        let eps: Vec<f32> = state
+            .translation
+            .iter()
+            .zip(&translation)
+            .map(|(x, x0)| ((f64::from(*x) - a * f64::from(*x0)) / s) as f32)
+            .collect();
+        let rotation: Vec<f32> = rotations(&state)
+            .iter()
+            .zip(&clean)
+            .flat_map(|(x, x0)| {
+                let target = so3::scale(p.rotation.signal(t), x0);
+                let e = so3::log(&(x.inverse() * target)) / -p.rotation.noise(t);
+                [e.x as f32, e.y as f32, e.z as f32]
+            })
+            .collect();
+        let estimate = Estimate {
+            translation: &eps,
+            rotation: &rotation,
+        };
+        let fresh = Noise::draw(&mut rng, LENGTH, RotationNoise::Tangent);
+        state = p
+            .sample_step(state.as_window(), estimate, &fresh, t)
+            .unwrap();
+        if t == 10 {
+            // Half way the state still is noise: a sampler that jumped to x0 would not be.
+            let far = state
+                .translation
+                .iter()
+                .zip(&translation)
+                .map(|(x, y)| (x - y).abs());
+            assert!(far.sum::<f32>() / translation.len() as f32 > 0.1);
+        }
+    }
+    for (a, b) in state.translation.iter().zip(&translation) {
+        assert!((a - b).abs() < 1e-4, "{a} {b}");
+    }
+    for (a, b) in rotations(&state).iter().zip(&clean) {
+        assert!(so3::distance(a, b) < 1e-3, "{}", so3::distance(a, b));
+    }
+}
+
+/// The noised window's moments: mean `sqrt(abar) x0`, variance `1 - abar`.
+#[test]
+fn forward_has_the_moments_of_its_equation() {
+    let p = process(RotationProcess::Group, NoiseSchedule::COSINE);
+    let length = 20_000;
+    let identity = rotation_slice(&[Rotation::identity()]).repeat(length);
+    let window = Window {
+        translation: &vec![0.7; length * 3],
+        rotation: &identity,
+    };
+    let noise = Noise::draw(
+        &mut ChaCha8Rng::seed_from_u64(5),
+        length,
+        RotationNoise::Tangent,
+    );
+    for t in [2, 14, 29] {
+        let noised = p.forward(window, &noise, t).unwrap();
+        let n = (length * 3) as f64;
+        let mean = noised
+            .translation
+            .iter()
+            .map(|x| f64::from(*x))
+            .sum::<f64>()
+            / n;
+        let variance = noised
+            .translation
+            .iter()
+            .map(|x| (f64::from(*x) - mean).powi(2))
+            .sum::<f64>()
+            / n;
+        let abar = (((t + 1) as f64 / 30.0 + 0.008) / 1.008 * std::f64::consts::FRAC_PI_2)
+            .cos()
+            .powi(2)
+            / (0.008_f64 / 1.008 * std::f64::consts::FRAC_PI_2)
+                .cos()
+                .powi(2);
+        assert!(
+            (mean - abar.max(0.0).sqrt() * 0.7).abs() < 0.02,
+            "{t}: {mean}"
+        );
+        assert!((variance - (1.0 - abar)).abs() < 0.02, "{t}: {variance}");
+        // Tangent Gaussian: E |v|^2 = 3 sigma^2 while the norm stays well inside the ball.
+        if t == 2 {
+            let squares = rotation_logs(&noised.rotation)
+                .iter()
+                .map(Vector::norm_squared)
+                .sum::<f64>();
+            let expected = 3.0 * p.rotation.noise(t).powi(2);
+            assert!((squares / length as f64 / expected - 1.0).abs() < 0.03);
+        }
     }
 }
 

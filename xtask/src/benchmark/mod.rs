@@ -15,6 +15,7 @@ use dose3::backend::Backend;
 use dose3::features::Extractor;
 use dose3::model_file::{LogRecord, Model};
 use dose3::train::train;
+use dose3_datasets::Trajectory;
 use dose3_diffusion::{NoiseSharing, ProbeConfig, Process};
 use dose3_model::Precision;
 use dose3_ood::metrics::Bootstrap;
@@ -53,6 +54,9 @@ pub struct BenchmarkArgs {
     /// Poses between the starts of windows
     #[arg(long, default_value_t = 32)]
     pub stride: usize,
+    /// Diffusion steps visited, evenly spread (default: all of the model's)
+    #[arg(long, value_name = "N")]
+    pub steps: Option<usize>,
     /// Noise draws of the row with common noise
     #[arg(long, default_value_t = 2)]
     pub draws: usize,
@@ -134,28 +138,15 @@ pub const METHODS: [Method; 6] = [
 /// Data that cannot be read, a model that does not fit, a failing fit.
 pub fn run(args: &BenchmarkArgs) -> Result<()> {
     let start = Instant::now();
+    if args.steps == Some(0) {
+        bail!("--steps must be at least 1");
+    }
     if args.seeds == 0 || args.stride == 0 || args.draws == 0 {
         bail!("--seeds, --stride and --draws must be at least 1");
     }
     let density: DensityConfig = args.density.parse()?;
-    let root = if args.synthetic {
-        None
-    } else {
-        DataRoot::find_optional(args.data.as_deref())?
-    };
-    let mut data = match &root {
-        Some(root) => {
-            println!("real data from {} ({})", root.path.display(), root.source);
-            sets::real(root)?
-        }
-        None => {
-            println!(
-                "no real data given (--data, $DOSE3_DATA, data/): SYNTHETIC data sets, generated \
-                 here. These numbers say nothing about the paper's."
-            );
-            sets::synthetic(0, if args.quick { 4 } else { 8 })?
-        }
-    };
+    let (source, mut data) = load(args)?;
+    let synthetic = source.is_none();
     let mut runs = Vec::new();
     let mut header = None;
     for seed in 0..args.seeds {
@@ -165,7 +156,8 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
     }
     let header = header.context("at least one seed ran")?;
     let report = report::Report {
-        synthetic: root.is_none(),
+        synthetic,
+        source,
         command: std::env::args().skip(1).collect::<Vec<_>>().join(" "),
         commit: commit(),
         machine: machine(),
@@ -194,10 +186,48 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
         args.out.join("benchmark.json").display()
     );
     if let Some(path) = &args.render {
-        report::render_into(path, &markdown, root.is_none())?;
+        report::render_into(path, &markdown, synthetic)?;
         println!("updated {}", path.display());
     }
     Ok(())
+}
+
+/// The data sets, with where real ones came from. Fewer than two real sets make no table: found in
+/// `data/` the benchmark goes on with synthetic ones, in a folder that was named that is an error.
+fn load(args: &BenchmarkArgs) -> Result<(Option<String>, Vec<DataSet>)> {
+    let root = if args.synthetic {
+        None
+    } else {
+        DataRoot::find_optional(args.data.as_deref())?
+    };
+    if let Some(root) = &root {
+        let sets = sets::real(root)?;
+        let found: Vec<&str> = sets.iter().map(|s| s.name).collect();
+        let found = if found.is_empty() {
+            "no data set".into()
+        } else {
+            found.join(", ")
+        };
+        println!(
+            "real data from {} ({}): {found}",
+            root.path.display(),
+            root.source
+        );
+        if sets.len() >= 2 {
+            return Ok((Some(root.source.to_string()), sets));
+        }
+        if root.source != DataRoot::DEFAULT {
+            bail!(
+                "{} holds {found}; two of kitti/poses, robotcar and iros20 are needed for a table",
+                root.path.display()
+            );
+        }
+    }
+    println!(
+        "no table of real data can be made (--data, $DOSE3_DATA, data/): SYNTHETIC data sets, \
+         generated here. These numbers say nothing about the paper's."
+    );
+    Ok((None, sets::synthetic(0, if args.quick { 4 } else { 8 })?))
 }
 
 fn one_run(
@@ -209,15 +239,13 @@ fn one_run(
 ) -> Result<report::Run> {
     let start = Instant::now();
     let poses = model.header.representation.kind.poses(model.header.window);
-    let unseen: Vec<String> = model
-        .header
-        .training
-        .validation
-        .iter()
-        .map(|r| r.sha256.clone())
-        .collect();
+    let hashes = |records: &[LogRecord]| -> Vec<String> {
+        records.iter().map(|r| r.sha256.clone()).collect()
+    };
+    let held_out = hashes(&model.header.training.validation);
+    let trained = hashes(&model.header.training.logs);
     data.iter_mut()
-        .for_each(|set| set.prepare(poses, stride(args), &unseen));
+        .for_each(|set| set.prepare(poses, stride(args), &held_out, &trained));
     let rows: Vec<Vec<Vec<Vec<f64>>>> = data
         .iter()
         .map(|set| statistics(args, set, model, seed))
@@ -347,12 +375,31 @@ fn model(args: &BenchmarkArgs, data: &[DataSet], seed: u64) -> Result<Model> {
     release.threads = args.threads;
     let name = format!("{kind}-{}-seed{seed}.dose3", release.steps);
     release.out = args.out.join("models").join(name);
-    if release.out.exists() {
-        return Model::read(&release.out);
-    }
     let mut options = release.options();
     if set.letter != 'K' {
         options.hold_out = dose3::train::HoldOut::Fraction(0.25);
+    }
+    if release.out.exists() {
+        let old = Model::read(&release.out)?;
+        let (training, validation) =
+            dose3::train::split(&set.trajectories, &options.hold_out, seed)?;
+        let records = |logs: &[Trajectory]| logs.iter().map(LogRecord::from).collect::<Vec<_>>();
+        if old.header.training.config == options.config
+            && old.header.process == options.process
+            && old.parameters.config() == options.network
+            && old.header.training.logs == records(&training)
+            && old.header.training.validation == records(&validation)
+        {
+            println!(
+                "taking up {}, trained by an earlier run",
+                release.out.display()
+            );
+            return Ok(old);
+        }
+        bail!(
+            "{} was trained with other settings or data; remove it to train anew",
+            release.out.display()
+        );
     }
     let bar = progress(release.steps as u64, "training")?;
     let trained = train(&set.trajectories, &options, &mut |_, _| (), &mut |row| {
@@ -365,18 +412,15 @@ fn model(args: &BenchmarkArgs, data: &[DataSet], seed: u64) -> Result<Model> {
 
 fn stride(args: &BenchmarkArgs) -> usize {
     if args.quick {
-        args.stride * 3
+        args.stride.saturating_mul(3)
     } else {
         args.stride
     }
 }
 
 fn steps(args: &BenchmarkArgs, of_model: usize) -> usize {
-    if args.quick {
-        of_model.div_ceil(3)
-    } else {
-        of_model
-    }
+    let steps = args.steps.unwrap_or(of_model).clamp(1, of_model);
+    if args.quick { steps.div_ceil(3) } else { steps }
 }
 
 fn names(records: &[LogRecord]) -> Vec<String> {

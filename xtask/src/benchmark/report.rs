@@ -16,6 +16,8 @@ use std::path::Path;
 pub struct Report {
     /// Whether the data sets were generated.
     pub synthetic: bool,
+    /// How the real data was found.
+    pub source: Option<String>,
     /// Arguments after `cargo xtask`.
     pub command: String,
     /// Commit of the working tree.
@@ -63,6 +65,8 @@ pub struct SetSummary {
     pub fit_logs: Vec<String>,
     /// Logs that are its in-distribution test.
     pub test_logs: Vec<String>,
+    /// Whether the network was trained on them, because no other log is there.
+    pub test_logs_trained_on: bool,
 }
 
 impl SetSummary {
@@ -75,6 +79,7 @@ impl SetSummary {
             windows: set.windows.len(),
             fit_logs: set.fit_names(),
             test_logs: set.test_names(),
+            test_logs_trained_on: set.test_logs_trained_on,
         }
     }
 }
@@ -162,7 +167,7 @@ impl Report {
             out,
             "commit {}, {}, {:.0} s; windows of {} poses at stride {}, {} diffusion steps, one \
              noise draw a window ({} draws where noise is common to all windows), \
-             density `{}`, {} seed(s).\n",
+             density `{}`, seeds {}.\n",
             self.commit,
             self.machine,
             self.seconds,
@@ -171,7 +176,11 @@ impl Report {
             self.steps,
             self.draws,
             self.density,
-            self.runs.len()
+            self.runs
+                .iter()
+                .map(|r| r.seed.to_string())
+                .collect::<Vec<_>>()
+                .join(", ")
         );
         for protocol in Protocol::ALL {
             self.table(&mut out, protocol);
@@ -291,6 +300,12 @@ impl Report {
                 s.fit_logs.join(", "),
                 s.test_logs.join(", ")
             );
+            if s.test_logs_trained_on {
+                let _ = writeln!(
+                    out,
+                    "| | | | | **the network was trained on these: the set's column flatters** |"
+                );
+            }
         }
         let _ = writeln!(
             out,

@@ -19,6 +19,8 @@ pub struct DataSet {
     /// Logs (indices) whose windows are the in-distribution test windows; the density is fitted
     /// on the others.
     pub test_logs: BTreeSet<usize>,
+    /// Whether the network was trained on the test logs, because no other log is there.
+    pub test_logs_trained_on: bool,
 }
 
 impl DataSet {
@@ -36,31 +38,55 @@ impl DataSet {
             trajectories,
             windows: Vec::new(),
             test_logs: BTreeSet::new(),
+            test_logs_trained_on: false,
         })
     }
 
-    /// Cuts windows, and picks the test logs: those that `unseen` names (the network's own
-    /// held-out logs) where this set has them, else every second group of logs.
-    pub fn prepare(&mut self, poses: usize, stride: usize, unseen: &[String]) {
+    /// Cuts windows, and picks the test logs: those of `held_out` (hashes of the network's own
+    /// held-out logs) where this set has them, else every second group of the logs that are not
+    /// among `trained`; only where there is no such log, of all.
+    pub fn prepare(
+        &mut self,
+        poses: usize,
+        stride: usize,
+        held_out: &[String],
+        trained: &[String],
+    ) {
         self.windows = windows(&self.trajectories, poses, stride);
+        let all = 0..self.trajectories.len();
         let hashes: Vec<String> = self
             .trajectories
             .iter()
             .map(Trajectory::fingerprint)
             .collect();
-        let known: BTreeSet<usize> = (0..hashes.len())
-            .filter(|i| unseen.contains(&hashes[*i]))
+        let known: BTreeSet<usize> = all
+            .clone()
+            .filter(|i| held_out.contains(&hashes[*i]))
             .collect();
-        self.test_logs = if known.is_empty() {
-            let groups: BTreeSet<&str> =
-                self.trajectories.iter().map(|t| t.group.as_str()).collect();
-            let tested: BTreeSet<&str> = groups.into_iter().skip(1).step_by(2).collect();
-            (0..self.trajectories.len())
-                .filter(|i| tested.contains(self.trajectories[*i].group.as_str()))
-                .collect()
+        if !known.is_empty() {
+            self.test_logs = known;
+            return;
+        }
+        let fresh: Vec<usize> = all
+            .clone()
+            .filter(|i| !trained.contains(&hashes[*i]))
+            .collect();
+        self.test_logs_trained_on = fresh.is_empty();
+        let candidates = if fresh.is_empty() {
+            all.collect()
         } else {
-            known
+            fresh
         };
+        let groups: BTreeSet<&str> = candidates
+            .iter()
+            .map(|i| self.trajectories[*i].group.as_str())
+            .collect();
+        let skipped = usize::from(groups.len() > 1);
+        let tested: BTreeSet<&str> = groups.into_iter().skip(skipped).step_by(2).collect();
+        self.test_logs = candidates
+            .into_iter()
+            .filter(|i| tested.contains(self.trajectories[*i].group.as_str()))
+            .collect();
     }
 
     /// Names of the logs that are tested as in-distribution.
@@ -98,10 +124,10 @@ impl DataSet {
     }
 }
 
-/// Oxford, KITTI and IROS20 under `root`.
+/// Those of Oxford, KITTI and IROS20 that are under `root`.
 ///
 /// # Errors
-/// A data set that is missing or cannot be read.
+/// A data set that is there and cannot be read.
 pub fn real(root: &DataRoot) -> Result<Vec<DataSet>> {
     [
         ('O', "Oxford RobotCar", "robotcar"),
@@ -109,9 +135,10 @@ pub fn real(root: &DataRoot) -> Result<Vec<DataSet>> {
         ('I', "IROS20", "iros20"),
     ]
     .into_iter()
+    .filter(|(_, _, folder)| root.path.join(folder).is_dir())
     .map(|(letter, name, folder)| {
         let path = root.path.join(folder);
-        let trajectories = load_all(&[path.clone()], &LoadOptions::default())
+        let trajectories = load_all(std::slice::from_ref(&path), &LoadOptions::default())
             .with_context(|| format!("{name} cannot be read from {}", path.display()))?;
         DataSet::new(letter, name, trajectories)
     })

@@ -42,7 +42,10 @@ pub fn run(args: &Eval) -> Result<()> {
 }
 
 fn text(e: &Evaluation) -> String {
-    let mut out = String::new();
+    let mut out = format!(
+        "statistics {}, {} draw(s) of {} steps, seed {}, {} bootstrap resamples\n",
+        e.statistics, e.draws, e.steps, e.seed, e.resamples
+    );
     // Writing to a String cannot fail.
     for (title, (rejected, of)) in [
         ("in distribution", e.id_logs_rejected),

@@ -75,7 +75,7 @@ fn model_or_built_in(path: Option<&Path>) -> Result<Model> {
     }
 }
 
-/// Refuses to write where the folder is missing or the path is a folder, before hours of work.
+/// Refuses an output path that is a folder, before hours of work.
 fn check_output(path: &Path) -> Result<()> {
     if path.is_dir() {
         bail!(

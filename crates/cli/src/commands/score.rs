@@ -37,9 +37,6 @@ pub fn run(args: &Score) -> Result<u8> {
     if let Some(alpha) = args.alpha.filter(|a| !(*a > 0.0 && *a < 1.0)) {
         bail!("--alpha {alpha}: expected a share between 0 and 1");
     }
-    if args.stride == Some(0) {
-        bail!("--stride 0: expected at least 1 pose");
-    }
     let detector = Detector::read(&args.detector)?;
     let mut judge = Judge::new(detector, args.computing.backend, args.computing.threads)?;
     let (mut reports, mut failures) = (Vec::new(), Vec::new());
@@ -118,7 +115,7 @@ fn judge_log(judge: &mut Judge, args: &Score, path: &PathBuf) -> Result<LogRepor
         bail!("{}: no pose log in it", path.display())
     };
     let bar = progress(0, "scoring")?;
-    let report = judge.judge(log, args.stride, args.alpha, &|done, total| {
+    let report = judge.judge(log, args.alpha, &|done, total| {
         bar.set_length(total as u64);
         bar.set_position(done as u64);
     });
@@ -154,11 +151,11 @@ fn text(r: &LogReport, windows: bool) -> String {
         ),
         Rule::Window => writeln!(
             out,
-            "  decided by  p-value of its only independent window {:.3}, alpha {alpha}",
+            "  decided by  largest p-value of its windows {:.3}, alpha {alpha}",
             r.window_reports
                 .iter()
                 .map(|w| w.p_value)
-                .fold(1.0, f64::min)
+                .fold(0.0, f64::max)
         ),
     };
     let _ = writeln!(

@@ -1,19 +1,25 @@
 //! `dose3 train`
 
 use super::{check_output, count, progress, read_options, say};
-use crate::args::{Protocol, ScheduleName, Train};
-use anyhow::{Context, Result};
+use crate::args::{Protocol, RotationNoiseName, RotationProcessName, ScheduleName, Train};
+use anyhow::{Context, Result, bail};
 use dose3::train::{HoldOut, TrainOptions, train};
 use dose3::{atomic, logs, plot};
 use dose3_datasets::{Kind, Scaling, resample};
 use dose3_diffusion::trainer::{TrainConfig, to_csv};
-use dose3_diffusion::{NoiseSchedule, ProcessConfig};
+use dose3_diffusion::{NoiseSchedule, ProcessConfig, RotationNoise, RotationProcess};
 use dose3_model::{PairConfig, Precision};
 use indicatif::ProgressBar;
 use std::io::IsTerminal;
 
 pub fn run(args: &Train) -> Result<()> {
     check_output(&args.out)?;
+    if checkpoint(args) == args.out {
+        bail!(
+            "--out and the checkpoint are the same file: {}",
+            args.out.display()
+        );
+    }
     let mut trajectories = logs::read(&args.data, &read_options(&args.reading))?;
     if let Some(rate) = args.rate {
         for t in &mut trajectories {
@@ -95,14 +101,10 @@ fn options(args: &Train) -> TrainOptions {
         Protocol::Paper => (Kind::Paper, Scaling::PerWindow),
         Protocol::Motion => (Kind::Motion, Scaling::PerDataset),
     };
-    let rotation = match args.rotation_schedule {
-        ScheduleName::Cosine => NoiseSchedule::COSINE,
-        ScheduleName::Linear => NoiseSchedule::LINEAR,
-    };
-    let hold_out = if args.hold_out.is_empty() {
-        HoldOut::Fraction(0.15)
-    } else {
-        HoldOut::Names(args.hold_out.clone())
+    let hold_out = match args.hold_out.as_slice() {
+        [] => HoldOut::Fraction(0.15),
+        [none] if none == "none" => HoldOut::Fraction(0.0),
+        names => HoldOut::Names(names.to_vec()),
     };
     TrainOptions {
         kind,
@@ -111,8 +113,16 @@ fn options(args: &Train) -> TrainOptions {
         network: PairConfig::new(args.width, &args.multipliers),
         process: ProcessConfig {
             steps: args.diffusion_steps,
-            rotation,
-            ..ProcessConfig::default()
+            translation: schedule(args.translation_schedule),
+            rotation: schedule(args.rotation_schedule),
+            rotation_process: match args.rotation_process {
+                RotationProcessName::Group => RotationProcess::Group,
+                RotationProcessName::Tangent => RotationProcess::Tangent,
+            },
+            rotation_noise: match args.rotation_noise {
+                RotationNoiseName::Tangent => RotationNoise::Tangent,
+                RotationNoiseName::IgSo3 => RotationNoise::IgSo3,
+            },
         },
         config: TrainConfig {
             steps: args.steps,
@@ -124,10 +134,19 @@ fn options(args: &Train) -> TrainOptions {
         hold_out,
         backend: args.computing.backend,
         threads: args.computing.threads,
-        checkpoint: Some(
-            args.checkpoint
-                .clone()
-                .unwrap_or_else(|| args.out.with_extension("checkpoint")),
-        ),
+        checkpoint: Some(checkpoint(args)),
     }
+}
+
+fn schedule(name: ScheduleName) -> NoiseSchedule {
+    match name {
+        ScheduleName::Cosine => NoiseSchedule::COSINE,
+        ScheduleName::Linear => NoiseSchedule::LINEAR,
+    }
+}
+
+fn checkpoint(args: &Train) -> std::path::PathBuf {
+    args.checkpoint
+        .clone()
+        .unwrap_or_else(|| args.out.with_extension("checkpoint"))
 }

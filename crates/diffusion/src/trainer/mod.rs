@@ -350,7 +350,7 @@ impl<'a> Trainer<'a> {
     ///
     /// # Errors
     /// A network's refusal.
-    pub fn validate(&mut self) -> Result<(f64, f64), Error> {
+    fn validate(&mut self) -> Result<(f64, f64), Error> {
         let source = self.validation;
         let count = self.config.validation_windows.clamp(1, source.len());
         let picks: Vec<(usize, usize)> = (0..count)
