@@ -1,6 +1,9 @@
 //! The program on real logs: runs where `$DOSE3_DATA` names a folder with `kitti/poses` and
 //! `iros20`, and says so where it does not.
 
+// A test that was not run says so.
+#![allow(clippy::print_stderr)]
+
 mod common;
 
 use common::{dose3, expect_code, stdout};

@@ -133,7 +133,12 @@ impl Judge {
         alpha: Option<f64>,
         progress: &dyn Fn(usize, usize),
     ) -> Result<LogReport> {
-        let (log, windows, rows, mut notes) = self.statistics(log, progress)?;
+        let Measured {
+            log,
+            windows,
+            rows,
+            mut notes,
+        } = self.statistics(log, progress)?;
         let statistics = &self.detector.header.statistics;
         let alpha = alpha.unwrap_or(statistics.config().alpha);
         let verdict = statistics.judge_at(&rows, alpha)?;
@@ -141,15 +146,7 @@ impl Judge {
         Ok(report(&log, &windows, verdict, notes))
     }
 
-    /// The statistics of a log's windows, with the log as it was judged.
-    ///
-    /// # Errors
-    /// As [`Judge::judge`].
-    pub fn statistics(
-        &mut self,
-        log: Trajectory,
-        progress: &dyn Fn(usize, usize),
-    ) -> Result<(Trajectory, Vec<Window>, Vec<Vec<f64>>, Vec<String>)> {
+    fn statistics(&mut self, log: Trajectory, progress: &dyn Fn(usize, usize)) -> Result<Measured> {
         let header = &self.detector.model.header;
         let (log, notes) = conform(log, &self.detector.header.needs)?;
         let stride = self.detector.header.stride;
@@ -167,8 +164,21 @@ impl Judge {
         let rows = extractor
             .rows(logs, &windows, set, &|done| progress(done, total))
             .with_context(|| format!("log {}", log.name))?;
-        Ok((log, windows, rows, notes))
+        Ok(Measured {
+            log,
+            windows,
+            rows,
+            notes,
+        })
     }
+}
+
+/// A log as it was judged, with the statistics of its windows.
+struct Measured {
+    log: Trajectory,
+    windows: Vec<Window>,
+    rows: Vec<Vec<f64>>,
+    notes: Vec<String>,
 }
 
 fn report(

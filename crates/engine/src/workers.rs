@@ -1,5 +1,6 @@
 //! A fixed number of workers that take chunks in order.
 
+use std::cell::Cell;
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -37,7 +38,7 @@ impl Workers {
         self.count
     }
 
-    /// Calls `work` once per worker; each call knows its number.
+    /// Calls `work` once per worker (or fewer times); each call knows its number.
     ///
     /// The calls may run one after the other, so none may wait for a later one.
     pub(crate) fn run(&self, work: &(dyn Fn(usize) + Sync)) {
@@ -61,13 +62,33 @@ impl Workers {
     }
 }
 
+thread_local! {
+    /// Whether this thread of a pool is working already.
+    static WORKING: Cell<bool> = const { Cell::new(false) };
+}
+
 /// Halves the workers until one is left: joins allocate nothing.
 fn split(first: usize, end: usize, work: &(dyn Fn(usize) + Sync)) {
     if end - first == 1 {
-        return work(first);
+        // A loss that uses rayon itself may be handed another worker's call while it waits.
+        // That call would wait for the chunk it interrupts; the others do its work.
+        if !WORKING.replace(true) {
+            let _done = Done;
+            work(first);
+        }
+        return;
     }
     let middle = first + (end - first) / 2;
     rayon::join(|| split(first, middle, work), || split(middle, end, work));
+}
+
+/// Ends a thread's work, even by a panic.
+struct Done;
+
+impl Drop for Done {
+    fn drop(&mut self) {
+        WORKING.set(false);
+    }
 }
 
 /// Hands out the pieces of some slices, in order, each once.

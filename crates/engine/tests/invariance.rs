@@ -138,6 +138,30 @@ fn a_panic_in_the_loss_reaches_the_caller() {
 }
 
 #[test]
+fn a_loss_may_use_the_thread_pool_itself() {
+    use rayon::prelude::*;
+    let config = UNetConfig::new(3, 3, 8, &[1]);
+    let parameters = parameters(&config, 16);
+    let batch = Batch::new(&config, 64, 16, 17);
+    let expected = batch.gradient(&mut engine(&parameters, 1));
+    let plain = batch.loss();
+    let loss = |first: usize, output: &[f32], gradient: &mut [f32]| {
+        // Waiting for its own tasks, a thread takes whatever else the pool has.
+        (0..8)
+            .into_par_iter()
+            .for_each(|_| std::thread::sleep(std::time::Duration::from_micros(200)));
+        plain(first, output, gradient);
+    };
+    let mut many = engine(&parameters, 4);
+    for _ in 0..5 {
+        let mut gradient = vec![0.0; parameters.values.len()];
+        many.forward_backward(batch.input(), &loss, &mut gradient)
+            .expect("backward");
+        assert_eq!(bits(&gradient), bits(&expected));
+    }
+}
+
+#[test]
 fn what_does_not_fit_is_refused() {
     let config = UNetConfig::new(3, 3, 8, &[1, 2]);
     let parameters = parameters(&config, 14);

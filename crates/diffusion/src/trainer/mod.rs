@@ -458,6 +458,9 @@ impl Batch {
     }
 }
 
+/// The loss of one sample (index, output, gradient to fill).
+type BranchLoss<'a> = dyn Fn(usize, &[f32], &mut [f32]) -> SampleLoss + Sync + 'a;
+
 /// One branch's step: forward, loss, backward, Adam. Answers the batch's mean loss and the
 /// gradient norm before clipping.
 fn update(
@@ -467,7 +470,7 @@ fn update(
     rate: f64,
     ema_decay: f64,
     step: usize,
-    loss: &(dyn Fn(usize, &[f32], &mut [f32]) -> SampleLoss + Sync),
+    loss: &BranchLoss<'_>,
 ) -> Result<(SampleLoss, f64), Error> {
     model.set_parameters(&branch.values)?;
     // Per sample, so that the sum does not depend on which thread came first.
