@@ -6,6 +6,9 @@ use dose3_lie::{Rotation, Vector, so3};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
+/// Estimate in, gradient to fill.
+type BranchLoss<'a> = dyn Fn(&[f32], &mut [f32]) -> dose3_diffusion::SampleLoss + 'a;
+
 fn vector(range: f64) -> impl Strategy<Value = Vector> {
     [-range..range, -range..range, -range..range].prop_map(|[x, y, z]| Vector::new(x, y, z))
 }
@@ -99,8 +102,7 @@ fn sample_gradients_are_the_numeric_ones() {
         let translation = |e: &[f32], g: &mut [f32]| p.translation_loss(&config, t, e, &eps, g);
         let rotation =
             |e: &[f32], g: &mut [f32]| p.rotation_loss(&config, t, e, &eps, &x_t, &clean, g);
-        let losses: [&dyn Fn(&[f32], &mut [f32]) -> dose3_diffusion::SampleLoss; 2] =
-            [&translation, &rotation];
+        let losses: [&BranchLoss<'_>; 2] = [&translation, &rotation];
         for loss in losses {
             let mut gradient = vec![0.0; 6];
             loss(&eps_hat, &mut gradient);
