@@ -72,7 +72,7 @@ fn split(first: usize, end: usize, work: &(dyn Fn(usize) + Sync)) {
     if end - first == 1 {
         // A loss that uses rayon itself may be handed another worker's call while it waits.
         // That call would wait for the chunk it interrupts; the others do its work.
-        if !WORKING.replace(true) || true {
+        if !WORKING.replace(true) {
             let _done = Done;
             work(first);
         }
