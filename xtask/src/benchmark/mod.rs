@@ -138,6 +138,8 @@ pub const METHODS: [Method; 6] = [
 /// Data that cannot be read, a model that does not fit, a failing fit.
 pub fn run(args: &BenchmarkArgs) -> Result<()> {
     let start = Instant::now();
+    // Before the run: the checkout may move on meanwhile.
+    let commit = commit();
     if args.steps == Some(0) {
         bail!("--steps must be at least 1");
     }
@@ -159,7 +161,7 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
         synthetic,
         source,
         command: std::env::args().skip(1).collect::<Vec<_>>().join(" "),
-        commit: commit(),
+        commit,
         machine: machine(),
         seconds: start.elapsed().as_secs_f64(),
         retrained: args.retrain,
