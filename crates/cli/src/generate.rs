@@ -2,7 +2,7 @@
 
 use crate::model_file::Model;
 use anyhow::{Result, bail};
-use dose3_datasets::{Format, Kind, Scaling, Trajectory};
+use dose3_datasets::{Format, Frame, Kind, Trajectory};
 use dose3_diffusion::{ModelPair, Process, SampleConfig, rotation_logs, sample};
 use dose3_lie::{Pose, Vector, so3};
 
@@ -29,27 +29,30 @@ pub fn sequence(model: &Model, models: &mut ModelPair, seed: u64) -> Result<Traj
             translation: Vector::new(t[0].into(), t[1].into(), t[2].into()),
         });
     let representation = model.header.representation;
-    let poses: Vec<Pose> = match (representation.kind, representation.scaling) {
+    // Increments lie in forward-left-up axes where the model's frame defines them.
+    let mut frame = model.header.frame;
+    let poses: Vec<Pose> = match (representation.kind, representation.scaling.stored()) {
         (Kind::Paper, _) => elements.collect(),
-        (
-            Kind::Motion,
-            Scaling::Stored {
-                translation,
-                rotation,
-            },
-        ) => {
+        (Kind::Motion, Some((translation, rotation))) => {
+            let (scale, factor) = (Vector::from(translation), Vector::from(rotation));
+            if frame.has_forward() {
+                frame = Frame::BodyFlu;
+            }
             let mut at = Pose::identity();
             let mut poses = vec![at];
             for step in elements {
                 at = at.compose(&Pose {
-                    rotation: so3::scale(1.0 / rotation, &step.rotation),
-                    translation: step.translation * translation,
+                    rotation: so3::exp(&so3::log(&step.rotation).component_div(&factor)),
+                    translation: step.translation.component_mul(&scale),
                 });
                 poses.push(at);
             }
             poses
         }
-        (Kind::Motion, other) => bail!("a motion model without stored constants ({other:?})"),
+        (Kind::Motion, None) => bail!(
+            "a motion model without stored constants ({:?})",
+            representation.scaling
+        ),
     };
     let stamp = |i: usize| (i as f64 / model.header.rate * 1e9).round() as i64;
     let stamps = (0..poses.len()).map(stamp).collect();
@@ -57,7 +60,7 @@ pub fn sequence(model: &Model, models: &mut ModelPair, seed: u64) -> Result<Traj
     Ok(Trajectory::new(
         name,
         Format::Synthetic,
-        model.header.frame,
+        frame,
         stamps,
         poses,
     ))

@@ -2,8 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use dose3_datasets::{
-    Format, Frame, Kind, LoadOptions, RateSource, Representation, Scaling, Trajectory, load_all,
-    resample,
+    Format, Frame, Kind, LoadOptions, RateSource, Representation, Trajectory, load_all, resample,
 };
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -174,7 +173,8 @@ pub fn conform(trajectory: Trajectory, needs: &Needs) -> Result<(Trajectory, Vec
             needs.frame
         );
     }
-    if let Scaling::Stored { translation, .. } = needs.representation.scaling {
+    if let Some((translation, _)) = needs.representation.scaling.stored() {
+        let translation = translation.into_iter().fold(0.0, f64::max);
         let step = median_step(&trajectory) * ratio;
         if step > translation * UNIT_FACTOR {
             bail!(

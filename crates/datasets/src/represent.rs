@@ -1,6 +1,6 @@
 //! What the network sees of a window: the two protocols, and the constants that scale them.
 
-use dose3_lie::{Pose, so3};
+use dose3_lie::{Pose, Vector, so3};
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Frame, Trajectory, Window};
@@ -12,6 +12,8 @@ const STANDING: f64 = 1e-9;
 const ROTATION_TARGET: f64 = 0.5;
 /// No scaled rotation angle is larger; beyond pi a large turn would look like a small one.
 const LARGEST_ANGLE: f64 = 3.0;
+/// The smallest scale of an axis over the largest.
+const SMALLEST_AXIS: f64 = 1e-3;
 /// Share of the trusted increments whose angle must stay unclipped.
 const UNCLIPPED: f64 = 0.999;
 
@@ -72,6 +74,9 @@ pub enum Scaling {
     PerWindow,
     /// One scale for all, to be resolved into [`Scaling::Stored`] by [`Representation::fit`] on trusted data.
     PerDataset,
+    /// [`Kind::Motion`] only: one scale for each body axis, to be resolved into [`Scaling::StoredAxes`]. A car
+    /// moves a metre forward and a centimetre sideways; one scale for both hides the centimetres.
+    PerAxis,
     /// Constants that travel with the model.
     Stored {
         /// Metres that become 1: translations are divided by it. Positive.
@@ -79,6 +84,30 @@ pub enum Scaling {
         /// Factor on the rotation tangent, `exp(k log R)`; 1 leaves rotations as they are. Positive.
         rotation: f64,
     },
+    /// As [`Scaling::Stored`] with constants for the forward, left and up axes of the body.
+    StoredAxes {
+        /// Metres that become 1 on each axis. Positive.
+        translation: [f64; 3],
+        /// Factors on the coordinates of the rotation tangent. Positive.
+        rotation: [f64; 3],
+    },
+}
+
+impl Scaling {
+    /// Stored constants on each axis: metres that become 1, and factors on the rotation tangent.
+    pub fn stored(&self) -> Option<([f64; 3], [f64; 3])> {
+        match *self {
+            Self::Stored {
+                translation,
+                rotation,
+            } => Some(([translation; 3], [rotation; 3])),
+            Self::StoredAxes {
+                translation,
+                rotation,
+            } => Some((translation, rotation)),
+            Self::PerWindow | Self::PerDataset | Self::PerAxis => None,
+        }
+    }
 }
 
 /// How poses become numbers for the network.
@@ -113,7 +142,7 @@ impl Representation {
     /// `Paper` with [`Scaling::PerDataset`] stores the largest displacement of any window. `Motion` stores the
     /// root mean square of the step lengths, and the factor that brings the root mean square of the step
     /// angles to 0.5 rad, or less where more than one step in a thousand would otherwise exceed 3 rad. Scales of
-    /// data that never moves are 1. [`Scaling::PerWindow`] and [`Scaling::Stored`] are taken as they are.
+    /// data that never moves are 1. `PerAxis` does the same for each body axis, with one limit on the angle. [`Scaling::PerWindow`] and [`Scaling::Stored`] are taken as they are.
     ///
     /// # Errors
     /// [`Error::Parameter`] for `Motion` with `PerWindow` (the scale must not come from the log under test),
@@ -136,6 +165,7 @@ impl Representation {
                 }
             }
             (Kind::Motion, Scaling::PerDataset) => fit_motion(trajectories, windows)?,
+            (Kind::Motion, Scaling::PerAxis) => fit_axes(trajectories, windows)?,
             (_, scaling) => scaling,
         };
         let representation = Self { kind, scaling };
@@ -158,18 +188,16 @@ impl Representation {
         };
         match (self.kind, self.scaling) {
             (Kind::Paper, Scaling::PerWindow) => Ok(()),
-            (
-                _,
-                Scaling::Stored {
-                    translation,
-                    rotation,
-                },
-            ) => {
-                let good = |value: f64| value.is_finite() && value > 0.0;
-                if good(translation) && good(rotation) {
+            (_, Scaling::Stored { .. }) | (Kind::Motion, Scaling::StoredAxes { .. }) => {
+                let constants = self.scaling.stored().into_iter();
+                if constants
+                    .flat_map(|(translation, rotation)| [translation, rotation])
+                    .flatten()
+                    .all(|value| value.is_finite() && value > 0.0)
+                {
                     Ok(())
                 } else {
-                    fault(format!("stored constants {translation} and {rotation}"))
+                    fault(format!("{:?}", self.scaling))
                 }
             }
             (kind, scaling) => fault(format!("{scaling:?} with {kind}")),
@@ -271,7 +299,7 @@ fn poses_of<'a>(window: &Window, trajectories: &'a [Trajectory]) -> Result<&'a [
 fn largest_displacement(poses: &[Pose]) -> f64 {
     let first = poses
         .first()
-        .map_or_else(dose3_lie::Vector::zeros, |pose| pose.translation);
+        .map_or_else(Vector::zeros, |pose| pose.translation);
     poses
         .iter()
         .map(|pose| (pose.translation - first).amax())
@@ -322,24 +350,19 @@ fn increments(poses: &[Pose]) -> impl Iterator<Item = Pose> + '_ {
 }
 
 fn motion(poses: &[Pose], frame: Frame, scaling: Scaling) -> Vec<Pose> {
-    let (scale, factor) = match scaling {
-        Scaling::Stored {
-            translation,
-            rotation,
-        } => (translation, rotation),
-        _ => (1.0, 1.0),
-    };
+    let (scale, factor) = scaling.stored().unwrap_or(([1.0; 3], [1.0; 3]));
+    let (scale, factor) = (Vector::from(scale), Vector::from(factor));
     let axes = frame.to_forward_left_up();
     increments(poses)
         .map(|step| {
-            let mut tangent = axes * so3::log(&step.rotation) * factor;
+            let mut tangent = (axes * so3::log(&step.rotation)).component_mul(&factor);
             let angle = tangent.norm();
             if angle > LARGEST_ANGLE {
                 tangent *= LARGEST_ANGLE / angle;
             }
             Pose {
                 rotation: so3::exp(&tangent),
-                translation: axes * step.translation / scale,
+                translation: (axes * step.translation).component_div(&scale),
             }
         })
         .collect()
@@ -374,5 +397,44 @@ fn fit_motion(trajectories: &[Trajectory], windows: &[Window]) -> Result<Scaling
     Ok(Scaling::Stored {
         translation,
         rotation,
+    })
+}
+
+fn fit_axes(trajectories: &[Trajectory], windows: &[Window]) -> Result<Scaling, Error> {
+    let (mut steps, mut turns) = (Vector::zeros(), Vector::zeros());
+    let mut tangents = Vec::new();
+    for window in windows {
+        let poses = poses_of(window, trajectories)?;
+        let axes = trajectories[window.trajectory].frame.to_forward_left_up();
+        for step in increments(poses) {
+            let tangent = axes * so3::log(&step.rotation);
+            steps += (axes * step.translation).map(|x| x * x);
+            turns += tangent.map(|x| x * x);
+            tangents.push(tangent);
+        }
+    }
+    let count = tangents.len().max(1) as f64;
+    // An axis that hardly moves is not blown up into rounding errors.
+    let rms = |squares: Vector| {
+        let rms = (squares / count).map(f64::sqrt);
+        rms.map(|axis| positive_or_one(axis.max(rms.max() * SMALLEST_AXIS)))
+    };
+    let (translation, angles) = (rms(steps), rms(turns));
+    let mut rotation = angles.map(|angle| ROTATION_TARGET / angle);
+    if turns == Vector::zeros() {
+        rotation = Vector::repeat(1.0);
+    }
+    let mut angles: Vec<f64> = tangents
+        .iter()
+        .map(|tangent| tangent.component_mul(&rotation).norm())
+        .collect();
+    angles.sort_by(f64::total_cmp);
+    let rank = (count * UNCLIPPED) as usize;
+    if let Some(largest) = angles.get(rank.min(angles.len().saturating_sub(1))) {
+        rotation *= (LARGEST_ANGLE / largest.max(STANDING)).min(1.0);
+    }
+    Ok(Scaling::StoredAxes {
+        translation: translation.into(),
+        rotation: rotation.into(),
     })
 }

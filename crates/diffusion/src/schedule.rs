@@ -21,6 +21,16 @@ pub enum NoiseSchedule {
         /// `beta` of the last step.
         last: f64,
     },
+    /// The ratio of noise to signal, `sqrt(1 - alpha_bar) / sqrt(alpha_bar)`, grows by the same
+    /// factor at every step: noise levels evenly spaced in log sigma (Song and Ermon 2019), in the
+    /// variance-preserving form used here. Faults of a sensor live at its own noise floor, far below
+    /// the signal; a cosine schedule of 30 steps hardly looks there.
+    LogSigma {
+        /// Ratio of the first step.
+        first: f64,
+        /// Ratio of the last step.
+        last: f64,
+    },
 }
 
 impl NoiseSchedule {
@@ -34,6 +44,23 @@ impl NoiseSchedule {
 
     fn betas(self, steps: usize) -> Vec<f64> {
         match self {
+            Self::LogSigma { first, last } => {
+                let alpha_bar = |t: usize| {
+                    let u = if steps > 1 {
+                        t as f64 / (steps - 1) as f64
+                    } else {
+                        0.0
+                    };
+                    let ratio = first * (last / first).powf(u);
+                    1.0 / (1.0 + ratio * ratio)
+                };
+                (0..steps)
+                    .map(|t| {
+                        let before = if t == 0 { 1.0 } else { alpha_bar(t - 1) };
+                        1.0 - alpha_bar(t) / before
+                    })
+                    .collect()
+            }
             Self::Cosine { offset } => {
                 let alpha_bar = |u: f64| {
                     let angle = (u + offset) / (1.0 + offset) * std::f64::consts::FRAC_PI_2;
@@ -91,6 +118,13 @@ impl Schedule {
         {
             return Err(Error::Schedule(format!(
                 "cosine offset {offset}, expected a number of 0 or more"
+            )));
+        }
+        if let NoiseSchedule::LogSigma { first, last } = kind
+            && !(first > 0.0 && first < last && last.is_finite())
+        {
+            return Err(Error::Schedule(format!(
+                "ratios of noise to signal from {first} to {last}, expected positive ones that rise"
             )));
         }
         let beta = kind.betas(steps);
@@ -184,8 +218,33 @@ mod tests {
     }
 
     #[test]
+    fn log_sigma_spaces_the_ratio_of_noise_to_signal_evenly() {
+        let kind = NoiseSchedule::LogSigma {
+            first: 0.002,
+            last: 20.0,
+        };
+        let s = Schedule::new(kind, 5).unwrap();
+        for (t, expected) in [0.002, 0.02, 0.2, 2.0, 20.0].into_iter().enumerate() {
+            let ratio = s.noise(t) / s.signal(t);
+            assert!((ratio / expected - 1.0).abs() < 1e-9, "step {t}: {ratio}");
+        }
+        for (first, last) in [
+            (0.0, 1.0),
+            (1.0, 0.5),
+            (f64::NAN, 1.0),
+            (0.1, f64::INFINITY),
+        ] {
+            assert!(Schedule::new(NoiseSchedule::LogSigma { first, last }, 5).is_err());
+        }
+    }
+
+    #[test]
     fn signal_falls_and_noise_rises() {
-        for kind in [NoiseSchedule::COSINE, NoiseSchedule::LINEAR] {
+        let log_sigma = NoiseSchedule::LogSigma {
+            first: 0.002,
+            last: 20.0,
+        };
+        for kind in [NoiseSchedule::COSINE, NoiseSchedule::LINEAR, log_sigma] {
             for steps in [1, 5, 30, 1000] {
                 let s = Schedule::new(kind, steps).unwrap();
                 for t in 1..steps {
