@@ -5,6 +5,7 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use dose3::backend::use_threads;
 
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask", about = "Tasks of the DOSE3 workspace")]
@@ -25,8 +26,12 @@ enum Task {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
-        Task::Benchmark(args) => xtask::benchmark::run(&args),
-        Task::TrainReleaseModel(args) => xtask::release::run(&args),
+        Task::Benchmark(args) => {
+            use_threads(args.threads).and_then(|()| xtask::benchmark::run(&args))
+        }
+        Task::TrainReleaseModel(args) => {
+            use_threads(args.threads).and_then(|()| xtask::release::run(&args))
+        }
         Task::FetchData(args) => xtask::fetch::run(args),
     };
     match result {

@@ -59,7 +59,7 @@ pub struct ReleaseArgs {
     /// Where to train
     #[arg(long, value_enum, default_value_t)]
     pub backend: Backend,
-    /// Threads of the engine (0: all cores)
+    /// Threads (0: all cores); results do not depend on it
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
 }

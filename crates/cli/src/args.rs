@@ -35,6 +35,20 @@ pub enum Command {
     Sample(Sample),
 }
 
+impl Command {
+    /// Threads asked for; 0 for all cores.
+    pub fn threads(&self) -> usize {
+        match self {
+            Self::Train(a) => a.computing.threads,
+            Self::Fit(a) => a.computing.threads,
+            Self::Score(a) => a.computing.threads,
+            Self::Eval(a) => a.computing.threads,
+            Self::Sample(a) => a.computing.threads,
+            Self::Inspect(_) => 0,
+        }
+    }
+}
+
 /// How logs are read.
 #[derive(Clone, Debug, Default, ClapArgs)]
 #[command(next_help_heading = "Reading logs")]
@@ -67,7 +81,7 @@ pub struct Computing {
     /// Where the networks run
     #[arg(long, value_enum, default_value_t)]
     pub backend: Backend,
-    /// Threads of the engine (0: all cores); results do not depend on it
+    /// Threads (0: all cores); results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
 }

@@ -36,6 +36,18 @@ impl fmt::Display for Backend {
     }
 }
 
+/// Sizes the thread pool that everything beside the engine shares (density fits, Adam, noising):
+/// once, at the start of a program; 0 means all cores. Results do not depend on it.
+///
+/// # Errors
+/// A pool that is running already.
+pub fn use_threads(threads: usize) -> Result<()> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .context("cannot set up the thread pool")
+}
+
 impl Backend {
     /// Puts both networks on this backend; `threads` (0: all cores) is for the engine.
     ///

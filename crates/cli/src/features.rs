@@ -3,12 +3,15 @@
 
 use anyhow::{Context, Result, anyhow};
 use dose3_datasets::{Representation, Trajectory, Window, WindowTensor};
-use dose3_diffusion::{ModelPair, ProbeConfig, Process, rotation_tangents, trace};
+use dose3_diffusion::{Branches, ModelPair, ProbeConfig, Process, rotation_tangents, trace};
 use dose3_lie::{Pose, so3};
 use dose3_ood::statistics::{PoseWindow, Sample, StatisticsSet, Trace, TraceSummary};
+use rayon::prelude::*;
+use std::ops::Range;
 
-/// Networks evaluated at once: windows times visited steps.
-const BATCH: usize = 240;
+/// Samples that a network is given at once: windows times draws times visited steps. Large enough
+/// that threads end together, small enough that a batch takes about 10 MB.
+const BATCH: usize = 480;
 
 /// What turns windows into statistics.
 pub struct Extractor<'a> {
@@ -49,7 +52,7 @@ impl WindowData {
 }
 
 impl Extractor<'_> {
-    /// Calls `visit` with every window in order. `needs_trace` tells whether the networks run.
+    /// Calls `visit` with every window in order; `networks` tells which of them run, if any.
     ///
     /// # Errors
     /// A window that cannot be represented, a failing network, or `visit`'s own error.
@@ -57,11 +60,11 @@ impl Extractor<'_> {
         &mut self,
         trajectories: &[Trajectory],
         windows: &[Window],
-        needs_trace: bool,
+        networks: Option<Branches>,
         visit: &mut dyn FnMut(usize, WindowData) -> Result<()>,
     ) -> Result<()> {
         let steps = self.probe.step_indices(self.process.steps()).len();
-        let at_once = (BATCH / steps).max(1);
+        let at_once = (BATCH / (steps * self.probe.draws.max(1))).max(1);
         for (chunk_index, chunk) in windows.chunks(at_once).enumerate() {
             let tensors = chunk
                 .iter()
@@ -77,9 +80,11 @@ impl Extractor<'_> {
                 })
                 .collect::<Result<Vec<_>>>()?;
             let mut summaries = vec![Vec::new(); chunk.len()];
-            if needs_trace {
-                for draw in 0..self.probe.draws {
-                    self.summarise(&tensors, draw, &mut summaries)?;
+            if let Some(branches) = networks {
+                let at_once = (BATCH / steps).max(1);
+                for first in (0..self.probe.draws).step_by(at_once) {
+                    let draws = first..(first + at_once).min(self.probe.draws);
+                    self.summarise(&tensors, draws, branches, &mut summaries)?;
                 }
             }
             for (i, ((window, tensor), traces)) in
@@ -112,23 +117,19 @@ impl Extractor<'_> {
         progress: &dyn Fn(usize),
     ) -> Result<Vec<Vec<f64>>> {
         let mut rows = Vec::with_capacity(windows.len());
-        self.for_each(
-            trajectories,
-            windows,
-            set.needs_trace(),
-            &mut |index, data| {
-                rows.push(set.evaluate(&data.sample())?);
-                progress(index + 1);
-                Ok(())
-            },
-        )?;
+        self.for_each(trajectories, windows, networks(set), &mut |index, data| {
+            rows.push(set.evaluate(&data.sample())?);
+            progress(index + 1);
+            Ok(())
+        })?;
         Ok(rows)
     }
 
     fn summarise(
         &mut self,
         tensors: &[WindowTensor],
-        draw: usize,
+        draws: Range<usize>,
+        branches: Branches,
         summaries: &mut [Vec<TraceSummary>],
     ) -> Result<()> {
         let views: Vec<dose3_diffusion::Window<'_>> = tensors
@@ -138,17 +139,32 @@ impl Extractor<'_> {
                 rotation: &t.rotation,
             })
             .collect();
-        let traces = trace(self.models, self.process, &self.probe, &views, draw)?;
-        for (w, summaries) in summaries.iter_mut().enumerate() {
-            summaries.push(TraceSummary::of(&Trace {
+        let (probe, process) = (&self.probe, self.process);
+        let traces = trace(self.models, process, probe, &views, draws, branches)?;
+        let summary = |w, d| {
+            TraceSummary::of(&Trace {
                 steps: traces.steps.len(),
                 length: traces.length,
-                eps_hat: traces.eps_hat(w),
-                eps: traces.eps(w),
-            })?);
-        }
-        Ok(())
+                eps_hat: traces.eps_hat(w, d),
+                eps: traces.eps(w, d),
+            })
+        };
+        let all = summaries.par_iter_mut().enumerate();
+        all.try_for_each(|(w, summaries)| {
+            for d in 0..traces.draws {
+                summaries.push(summary(w, d)?);
+            }
+            Ok(())
+        })
     }
+}
+
+/// The networks that a set needs.
+fn networks(set: &StatisticsSet) -> Option<Branches> {
+    set.needs_trace().then(|| match set.needs_rotation_trace() {
+        true => Branches::Both,
+        false => Branches::Translation,
+    })
 }
 
 /// Body-frame motion between consecutive poses, `[poses - 1, 6]`: the translation of

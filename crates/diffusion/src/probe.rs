@@ -6,7 +6,9 @@ use crate::window::{Noise, Window};
 use dose3_model::{Input, NoiseModel};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// The noise estimators of both branches.
 pub struct ModelPair {
@@ -81,35 +83,47 @@ fn content_key(window: Window<'_>) -> u64 {
         })
 }
 
-/// The estimates along the forward process for some windows at one draw each.
+/// Which networks a trace runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Branches {
+    /// The translation branch; the rotation channels of the estimate are zero.
+    Translation,
+    /// Both branches.
+    Both,
+}
+
+/// The estimates along the forward process for some windows at some draws each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traces {
     /// Steps visited, ascending.
     pub steps: Vec<usize>,
+    /// Draws a window.
+    pub draws: usize,
     /// Poses a window.
     pub length: usize,
-    /// `eps_hat`, `[windows, steps, length, 6]`: translation x, y, z, rotation tangent x, y, z.
+    /// `eps_hat`, `[windows, draws, steps, length, 6]`: translation x, y, z, rotation tangent
+    /// x, y, z.
     pub eps_hat: Vec<f32>,
-    /// The noise drawn, `[windows, length, 6]`, shared by all steps of a window.
+    /// The noise drawn, `[windows, draws, length, 6]`, shared by all steps.
     pub eps: Vec<f32>,
 }
 
 impl Traces {
-    /// `eps_hat` of window `w`, `[steps, length, 6]`.
-    pub fn eps_hat(&self, w: usize) -> &[f32] {
+    /// `eps_hat` of window `w` at the `d`-th draw, `[steps, length, 6]`.
+    pub fn eps_hat(&self, w: usize, d: usize) -> &[f32] {
         let n = self.steps.len() * self.length * 6;
-        &self.eps_hat[w * n..(w + 1) * n]
+        &self.eps_hat[(w * self.draws + d) * n..][..n]
     }
 
-    /// The noise of window `w`, `[length, 6]`.
-    pub fn eps(&self, w: usize) -> &[f32] {
+    /// The noise of window `w` at the `d`-th draw, `[length, 6]`.
+    pub fn eps(&self, w: usize, d: usize) -> &[f32] {
         let n = self.length * 6;
-        &self.eps[w * n..(w + 1) * n]
+        &self.eps[(w * self.draws + d) * n..][..n]
     }
 }
 
-/// Runs both networks on `windows`, noised by draw `draw` to every visited step, in one batch
-/// over windows and steps.
+/// Runs the networks of `branches` on `windows`, noised by each of `draws` to every visited step,
+/// in one batch over windows, draws and steps.
 ///
 /// # Errors
 /// [`Error::Shape`] where windows differ in length; whatever the networks refuse.
@@ -118,64 +132,81 @@ pub fn trace(
     process: &Process,
     config: &ProbeConfig,
     windows: &[Window<'_>],
-    draw: usize,
+    draws: Range<usize>,
+    branches: Branches,
 ) -> Result<Traces, Error> {
     let steps = config.step_indices(process.steps());
-    let Some(first) = windows.first() else {
+    let length = match windows.first() {
+        Some(first) if !draws.is_empty() => first.length()?,
+        _ => 0,
+    };
+    if length == 0 {
         return Ok(Traces {
             steps,
-            length: 0,
+            draws: draws.len(),
+            length,
             eps_hat: Vec::new(),
             eps: Vec::new(),
         });
-    };
-    let length = first.length()?;
-    let batch = windows.len() * steps.len();
+    }
+    let batch = windows.len() * draws.len() * steps.len();
     let mut translation = vec![0.0; batch * length * 3];
     let mut rotation = vec![0.0; batch * length * 9];
-    let mut eps = vec![0.0; windows.len() * length * 6];
-    for (w, window) in windows.iter().enumerate() {
-        check_len("window translation", length * 3, window.translation.len())?;
-        check_len("window rotation", length * 9, window.rotation.len())?;
-        let noise = config.noise(process, *window, draw);
-        let logs = rotation_logs(window.rotation);
-        for (k, t) in steps.iter().enumerate() {
-            let b = w * steps.len() + k;
-            process.forward_into(
-                window.translation,
-                &logs,
-                &noise,
-                *t,
-                &mut translation[b * length * 3..(b + 1) * length * 3],
-                &mut rotation[b * length * 9..(b + 1) * length * 9],
-            )?;
-        }
-        let out = &mut eps[w * length * 6..(w + 1) * length * 6];
-        interleave(&noise.translation, &noise.rotation, out);
-    }
-    let times: Vec<f32> = windows
-        .iter()
-        .flat_map(|_| steps.iter().map(|t| *t as f32))
-        .collect();
-    let run = |model: &mut dyn NoiseModel, x: &[f32]| -> Result<Vec<f32>, Error> {
-        let mut out = vec![0.0; batch * length * 3];
-        model.forward(
-            Input {
-                x,
-                steps: &times,
-                batch,
-                length,
-            },
-            &mut out,
-        )?;
-        Ok(out)
+    let mut eps = vec![0.0; windows.len() * draws.len() * length * 6];
+    let a_draw = steps.len() * length;
+    windows
+        .par_iter()
+        .zip(translation.par_chunks_mut(draws.len() * a_draw * 3))
+        .zip(rotation.par_chunks_mut(draws.len() * a_draw * 9))
+        .zip(eps.par_chunks_mut(draws.len() * length * 6))
+        .try_for_each(|(((window, translation), rotation), eps)| {
+            check_len("window translation", length * 3, window.translation.len())?;
+            check_len("window rotation", length * 9, window.rotation.len())?;
+            let logs = match branches {
+                Branches::Both => rotation_logs(window.rotation),
+                Branches::Translation => Vec::new(),
+            };
+            for (d, draw) in draws.clone().enumerate() {
+                let noise = config.noise(process, *window, draw);
+                for (k, t) in steps.iter().enumerate() {
+                    let i = d * a_draw + k * length;
+                    let out = &mut translation[i * 3..(i + length) * 3];
+                    process.noise_translations(window.translation, &noise, *t, out)?;
+                    if branches == Branches::Both {
+                        let out = &mut rotation[i * 9..(i + length) * 9];
+                        process.noise_rotations(&logs, &noise, *t, out)?;
+                    }
+                }
+                let out = &mut eps[d * length * 6..(d + 1) * length * 6];
+                interleave(&noise.translation, &noise.rotation, out);
+            }
+            Ok::<_, Error>(())
+        })?;
+    let times: Vec<f32> = (0..batch).map(|b| steps[b % steps.len()] as f32).collect();
+    let run = |model: &mut dyn NoiseModel, x: &[f32], out: &mut [f32]| {
+        let input = Input {
+            x,
+            steps: &times,
+            batch,
+            length,
+        };
+        model.forward(input, out)
     };
-    let translation = run(models.translation.as_mut(), &translation)?;
-    let rotation = run(models.rotation.as_mut(), &rotation)?;
+    let (mut of_translation, mut of_rotation) =
+        (vec![0.0; batch * length * 3], vec![0.0; batch * length * 3]);
+    run(
+        models.translation.as_mut(),
+        &translation,
+        &mut of_translation,
+    )?;
+    if branches == Branches::Both {
+        run(models.rotation.as_mut(), &rotation, &mut of_rotation)?;
+    }
     let mut eps_hat = vec![0.0; batch * length * 6];
-    interleave(&translation, &rotation, &mut eps_hat);
+    interleave(&of_translation, &of_rotation, &mut eps_hat);
     Ok(Traces {
         steps,
+        draws: draws.len(),
         length,
         eps_hat,
         eps,

@@ -156,26 +156,54 @@ impl Process {
         translation_out: &mut [f32],
         rotation_out: &mut [f32],
     ) -> Result<(), Error> {
-        let length = rotation_logs.len();
-        check_len("translation", length * 3, translation.len())?;
-        check_len("translation noise", length * 3, noise.translation.len())?;
-        check_len("rotation noise", length * 3, noise.rotation.len())?;
-        check_len("noised translation", length * 3, translation_out.len())?;
-        check_len("noised rotation", length * 9, rotation_out.len())?;
+        check_len("translation", rotation_logs.len() * 3, translation.len())?;
+        self.noise_translations(translation, noise, t, translation_out)?;
+        self.noise_rotations(rotation_logs, noise, t, rotation_out)
+    }
+
+    /// The translations of [`Process::forward_into`] alone.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] where the slices disagree.
+    pub fn noise_translations(
+        &self,
+        translation: &[f32],
+        noise: &Noise,
+        t: usize,
+        out: &mut [f32],
+    ) -> Result<(), Error> {
+        check_len(
+            "translation noise",
+            translation.len(),
+            noise.translation.len(),
+        )?;
+        check_len("noised translation", translation.len(), out.len())?;
         let (a, s) = (
             self.translation.signal(t) as f32,
             self.translation.noise(t) as f32,
         );
-        for ((out, x), z) in translation_out
-            .iter_mut()
-            .zip(translation)
-            .zip(&noise.translation)
-        {
+        for ((out, x), z) in out.iter_mut().zip(translation).zip(&noise.translation) {
             *out = a * x + s * z;
         }
-        for (i, log) in rotation_logs.iter().enumerate() {
+        Ok(())
+    }
+
+    /// The rotations of [`Process::forward_into`] alone.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] where the slices disagree.
+    pub fn noise_rotations(
+        &self,
+        logs: &[Vector],
+        noise: &Noise,
+        t: usize,
+        out: &mut [f32],
+    ) -> Result<(), Error> {
+        check_len("rotation noise", logs.len() * 3, noise.rotation.len())?;
+        check_len("noised rotation", logs.len() * 9, out.len())?;
+        for (i, log) in logs.iter().enumerate() {
             let x_t = self.noise_rotation(log, &read_vector(&noise.rotation, i), t);
-            write_rotation(&x_t, &mut rotation_out[i * 9..i * 9 + 9]);
+            write_rotation(&x_t, &mut out[i * 9..i * 9 + 9]);
         }
         Ok(())
     }

@@ -1,7 +1,9 @@
 //! The trainer learns, resumes to the bit, and tells one run's checkpoint from another's.
 
 use dose3_diffusion::trainer::{LogRow, TrainConfig, Trainer, WindowSource};
-use dose3_diffusion::{Error, ModelPair, ProbeConfig, Process, ProcessConfig, Window, trace};
+use dose3_diffusion::{
+    Branches, Error, ModelPair, ProbeConfig, Process, ProcessConfig, Window, trace,
+};
 use dose3_engine::{Engine, EngineOptions};
 use dose3_lie::{Vector, so3};
 use dose3_model::{PairConfig, PairParameters};
@@ -201,16 +203,34 @@ fn traces_depend_on_the_window_alone() {
     ] {
         let config = ProbeConfig {
             steps: 4,
-            draws: 1,
+            draws: 3,
             seed: 3,
             sharing,
         };
         assert_eq!(config.step_indices(10), [0, 3, 6, 9]);
-        let all = trace(&mut models(2), &process, &config, &windows, 0).unwrap();
+        let run = |windows: &[Window<'_>], draws, branches, threads| {
+            let mut models = models(threads);
+            trace(&mut models, &process, &config, windows, draws, branches).unwrap()
+        };
+        let all = run(&windows, 0..3, Branches::Both, 2);
+        let translation = run(&windows, 0..3, Branches::Translation, 2);
         for i in 0..5 {
-            let alone = trace(&mut models(1), &process, &config, &windows[i..=i], 0).unwrap();
-            assert_eq!(alone.eps(0), all.eps(i));
-            assert_eq!(alone.eps_hat(0), all.eps_hat(i), "window {i}, {sharing:?}");
+            for d in 0..3 {
+                let alone = run(&windows[i..=i], d..d + 1, Branches::Both, 1);
+                assert_eq!(alone.eps(0, 0), all.eps(i, d));
+                assert_eq!(
+                    alone.eps_hat(0, 0),
+                    all.eps_hat(i, d),
+                    "window {i}, draw {d}, {sharing:?}"
+                );
+                assert_eq!(translation.eps(i, d), all.eps(i, d));
+                let pairs = translation.eps_hat(i, d).chunks(6);
+                for (part, whole) in pairs.zip(all.eps_hat(i, d).chunks(6)) {
+                    assert_eq!(part[..3], whole[..3]);
+                    assert_eq!(part[3..], [0.0; 3]);
+                }
+            }
         }
+        assert_ne!(all.eps(0, 0), all.eps(0, 1));
     }
 }

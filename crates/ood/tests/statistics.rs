@@ -236,6 +236,9 @@ fn draws_are_averaged_and_what_is_missing_is_named() {
     }
     assert!(self::set("kinematic").needs_increments());
     assert!(!self::set("kinematic").needs_trace());
+    for (text, rotation) in [("r3", false), ("r3+kinematic", false), ("r3+change", true)] {
+        assert_eq!(self::set(text).needs_rotation_trace(), rotation, "{text}");
+    }
     assert!(self::set("residual+moments24").needs_window());
 }
 

@@ -16,7 +16,7 @@ use dose3::features::Extractor;
 use dose3::model_file::{LogRecord, Model};
 use dose3::train::train;
 use dose3_datasets::Trajectory;
-use dose3_diffusion::{NoiseSharing, ProbeConfig, Process};
+use dose3_diffusion::{Branches, NoiseSharing, ProbeConfig, Process};
 use dose3_model::Precision;
 use dose3_ood::metrics::Bootstrap;
 use dose3_ood::{DensityConfig, StatisticsSet};
@@ -75,7 +75,7 @@ pub struct BenchmarkArgs {
     /// Where the networks run
     #[arg(long, value_enum, default_value_t)]
     pub backend: Backend,
-    /// Threads of the engine (0: all cores)
+    /// Threads (0: all cores); results do not depend on it
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
 }
@@ -333,7 +333,8 @@ fn statistics(
             },
             representation: model.header.representation,
         };
-        extractor.for_each(&set.trajectories, &set.windows, true, &mut |_, data| {
+        let both = Some(Branches::Both);
+        extractor.for_each(&set.trajectories, &set.windows, both, &mut |_, data| {
             for (i, method) in &methods {
                 rows[*i].push(method.evaluate(&data.sample())?);
             }

@@ -9,6 +9,7 @@ mod train;
 
 use crate::args::{Args, Command, Reading};
 use anyhow::{Result, bail};
+use dose3::backend::use_threads;
 use dose3::logs::ReadOptions;
 use dose3::model_file::Model;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -17,6 +18,7 @@ use std::path::Path;
 
 /// Runs a subcommand; answers the exit code.
 pub fn run(args: Args) -> Result<u8> {
+    use_threads(args.command.threads())?;
     match args.command {
         Command::Train(a) => train::run(&a).map(|()| 0),
         Command::Fit(a) => fit::run(&a).map(|()| 0),

@@ -109,6 +109,13 @@ impl StatisticsSet {
         self.needs(Source::Trace)
     }
 
+    /// Whether the traces must hold the rotation branch.
+    #[must_use]
+    pub fn needs_rotation_trace(&self) -> bool {
+        let rotation = |m: &Statistic| m.source() == Source::Trace && *m != Statistic::R3;
+        self.members.iter().any(rotation)
+    }
+
     /// Whether [`Sample::window`] is needed.
     #[must_use]
     pub fn needs_window(&self) -> bool {
