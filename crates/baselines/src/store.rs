@@ -1,0 +1,116 @@
+//! Networks as safetensors bytes, with a JSON header in the metadata.
+
+use std::collections::HashMap;
+
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::tensor::Tensor;
+use safetensors::tensor::{Dtype, TensorView};
+use safetensors::{SafeTensors, serialize};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::Error;
+use crate::layers::download;
+use crate::source::Stored;
+
+/// The one metadata key. One only: safetensors writes several in a random order.
+const HEADER: &str = "dose3.baseline";
+
+/// All parameters of `network`, named `prefix` + path, added to `tensors`.
+pub(crate) fn collect<M: Module>(
+    prefix: &str,
+    network: &M,
+    tensors: &mut Stored,
+) -> Result<(), Error> {
+    let mut collector = Collector {
+        path: Vec::new(),
+        prefix,
+        tensors,
+        error: None,
+    };
+    network.visit(&mut collector);
+    collector.error.map_or(Ok(()), Err)
+}
+
+struct Collector<'a> {
+    path: Vec<String>,
+    prefix: &'a str,
+    tensors: &'a mut Stored,
+    error: Option<Error>,
+}
+
+impl ModuleVisitor for Collector<'_> {
+    fn enter_module(&mut self, name: &str, _container: &str) {
+        self.path.push(name.to_owned());
+    }
+
+    fn exit_module(&mut self, _name: &str, _container: &str) {
+        self.path.pop();
+    }
+
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let name = format!("{}{}", self.prefix, self.path.join("."));
+        let value = param.val();
+        let shape = value.dims().to_vec();
+        match download(value) {
+            Ok(values) => {
+                self.tensors.insert(name, (shape, values));
+            }
+            Err(error) => self.error = Some(error),
+        }
+    }
+}
+
+/// The same header and tensors give the same bytes.
+pub(crate) fn write(header: &impl Serialize, tensors: &Stored) -> Result<Vec<u8>, Error> {
+    let json = serde_json::to_string(header).map_err(|error| Error::Header(error.to_string()))?;
+    let mut encoded = Vec::with_capacity(tensors.len());
+    for (name, (shape, values)) in tensors {
+        check_finite(name, values)?;
+        let bytes: Vec<u8> = values
+            .iter()
+            .flat_map(|value| value.to_le_bytes())
+            .collect();
+        encoded.push((name, shape, bytes));
+    }
+    let views = encoded
+        .iter()
+        .map(|(name, shape, bytes)| Ok((name, TensorView::new(Dtype::F32, shape.to_vec(), bytes)?)))
+        .collect::<Result<Vec<_>, Error>>()?;
+    let metadata = HashMap::from([(HEADER.to_owned(), json)]);
+    Ok(serialize(views, Some(metadata))?)
+}
+
+/// The header and all tensors, finite and in f32.
+pub(crate) fn read<H: DeserializeOwned>(bytes: &[u8]) -> Result<(H, Stored), Error> {
+    let (_, metadata) = SafeTensors::read_metadata(bytes)?;
+    let json = metadata
+        .metadata()
+        .as_ref()
+        .and_then(|metadata| metadata.get(HEADER))
+        .ok_or_else(|| Error::Header("missing: these are no weights of a baseline".to_owned()))?;
+    let header = serde_json::from_str(json).map_err(|error| Error::Header(error.to_string()))?;
+    let mut tensors = Stored::new();
+    for (name, view) in SafeTensors::deserialize(bytes)?.tensors() {
+        if view.dtype() != Dtype::F32 {
+            let reason = format!("type {:?}, expected F32", view.dtype());
+            return Err(Error::Tensor { name, reason });
+        }
+        let words = view.data().as_chunks::<4>().0;
+        let values: Vec<f32> = words.iter().map(|&word| f32::from_le_bytes(word)).collect();
+        check_finite(&name, &values)?;
+        tensors.insert(name, (view.shape().to_vec(), values));
+    }
+    Ok((header, tensors))
+}
+
+fn check_finite(name: &str, values: &[f32]) -> Result<(), Error> {
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(index) => Err(Error::NotFinite {
+            what: name.to_owned(),
+            index,
+            value: f64::from(values[index]),
+        }),
+        None => Ok(()),
+    }
+}
