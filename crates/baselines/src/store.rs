@@ -32,6 +32,14 @@ pub(crate) fn collect<M: Module>(
     collector.error.map_or(Ok(()), Err)
 }
 
+/// Whether every parameter of `network` is a number.
+pub(crate) fn is_finite<M: Module>(network: &M) -> Result<bool, Error> {
+    let mut tensors = Stored::new();
+    collect("", network, &mut tensors)?;
+    let mut values = tensors.values().flat_map(|(_, values)| values);
+    Ok(values.all(|value| value.is_finite()))
+}
+
 struct Collector<'a> {
     path: Vec<String>,
     prefix: &'a str,

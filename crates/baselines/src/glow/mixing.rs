@@ -70,3 +70,40 @@ fn matrix(values: &DMatrix<f64>) -> Tensor<2> {
     let data = TensorData::new(row_major, [values.nrows(), values.ncols()]);
     Tensor::from_data(data, &device())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{Stream, generator};
+
+    /// The forward value is checked by the flow's numeric Jacobian; this checks the gradient.
+    #[test]
+    fn log_det_has_the_numeric_gradient() {
+        let mut source = Source::drawn(generator(1, Stream::Weights));
+        let weight = source.param("w", [4, 4], Init::FanIn(1)).unwrap();
+        let values = download(weight.val()).unwrap();
+        let mixing = Mixing { weight }.train();
+        let gradients = mixing.log_det().unwrap().backward();
+        let gradient = mixing.weight.val().grad(&gradients).unwrap();
+        let gradient = download(gradient).unwrap();
+
+        let log_det = |values: &[f64]| {
+            let w = DMatrix::from_row_slice(4, 4, values);
+            w.determinant().abs().ln()
+        };
+        let values: Vec<f64> = values.into_iter().map(f64::from).collect();
+        for i in 0..16 {
+            let [above, below] = [1e-6, -1e-6].map(|step| {
+                let mut moved = values.clone();
+                moved[i] += step;
+                log_det(&moved)
+            });
+            let numeric = (above - below) / 2e-6;
+            let claimed = f64::from(gradient[i]);
+            assert!(
+                (numeric - claimed).abs() < 1e-3 * (1.0 + numeric.abs()),
+                "{i}: {numeric}, {claimed}"
+            );
+        }
+    }
+}

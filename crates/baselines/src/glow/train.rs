@@ -9,7 +9,7 @@ use crate::layers::{download, upload};
 use crate::optimise::Optimiser;
 use crate::random::{self, Stream};
 use crate::source::Source;
-use crate::{Error, Progress, Sequences, Standardizer};
+use crate::{Error, Progress, Sequences, Standardizer, store};
 
 /// The windows of the first batch, which also sets the actnorms.
 const INITIAL_WINDOWS: usize = 256;
@@ -85,6 +85,10 @@ pub(super) fn train(
         });
     }
     let flow = flow.valid();
+    if !store::is_finite(&flow)? {
+        let step = config.steps;
+        return Err(Error::Diverged { stage, step });
+    }
     Ok(Glow { header, flow })
 }
 

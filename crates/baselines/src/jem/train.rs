@@ -9,7 +9,7 @@ use crate::layers::{download, upload};
 use crate::optimise::Optimiser;
 use crate::random::{self, Stream};
 use crate::source::{Source, device};
-use crate::{Error, Progress, Sequences, Standardizer};
+use crate::{Error, Progress, Sequences, Standardizer, store};
 
 /// How training ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,7 +44,7 @@ pub enum Divergence {
     },
 }
 
-/// What training showed, as means over the last tenth of the steps done.
+/// What training showed, as means over the last tenth of the steps done (0 if none was).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrainReport {
     /// How training ended.
@@ -103,7 +103,7 @@ pub(super) fn train(
                 snapshot: snapshot.0,
                 sign,
             };
-            network = snapshot.1;
+            network = snapshot.1.clone();
             break;
         }
         // The loss just seen is finite, so the weights before this step are sound.
@@ -118,6 +118,15 @@ pub(super) fn train(
             steps: config.steps,
             loss: value,
         });
+    }
+    // The last step's weights have not been seen in a loss.
+    if matches!(outcome, Outcome::Completed { .. }) && !store::is_finite(&network)? {
+        outcome = Outcome::Diverged {
+            step: config.steps,
+            snapshot: snapshot.0,
+            sign: Divergence::NotFinite,
+        };
+        network = snapshot.1.clone();
     }
     let last = &history[history.len() - history.len().div_ceil(10)..];
     let mean =
