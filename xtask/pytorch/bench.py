@@ -1,13 +1,13 @@
 """Throughput of the DOSE3 UNet pair in PyTorch, for comparison with the engine.
 
-A small server, so that a benchmark can take turns with it in one run: every line on standard
-input, `forward` or `train`, is answered by one line on standard output with the best time of a
-pass in seconds. The network is the one of the golden values, in f32.
+A small server, so that `cargo xtask bench --with-pytorch` can take turns with it in one run: every
+line on standard input, `forward` or `train` followed by `eager` or `compiled` (torch.compile), is
+answered by one line on standard output with the best time of a pass in seconds; `version` by
+PyTorch's. The network is the one of the golden values, in f32.
 
-    echo forward | python bench.py --width 32 --multipliers 1,2,4,8 --batch 32 --length 128
+    echo forward eager | python bench.py --width 32 --multipliers 1,2,4,8 --batch 32 --length 128
 
-`--compile` runs torch.compile instead of eager mode, `--fused-attention` uses
-scaled_dot_product_attention instead of einsum and softmax.
+`--fused-attention` uses scaled_dot_product_attention instead of einsum and softmax.
 """
 
 import argparse
@@ -75,7 +75,6 @@ def main():
     parser.add_argument("--length", type=int, default=128)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--seconds", type=float, default=2.0)
-    parser.add_argument("--compile", action="store_true")
     parser.add_argument("--fused-attention", action="store_true")
     args = parser.parse_args()
     torch.set_num_threads(args.threads)
@@ -100,27 +99,31 @@ def main():
         net = golden.UNet(config).float()
         x = torch.randn(args.batch, channels, args.length)
         steps = torch.arange(args.batch).remainder(30).float()
-        call = torch.compile(net) if args.compile else net
+        # Compiles at its first call.
+        calls = {"eager": net, "compiled": torch.compile(net)}
         # The fused optimiser is the fastest that PyTorch has on a CPU.
         adam = torch.optim.Adam(net.parameters(), lr=1e-4, fused=True)
-        nets.append((net, call, x, steps, adam))
+        nets.append((calls, x, steps, adam))
 
-    def forward():
+    def forward(mode):
         with torch.inference_mode():
-            for _, call, x, steps, _ in nets:
-                call(x, steps)
+            for calls, x, steps, _ in nets:
+                calls[mode](x, steps)
 
-    def train():
-        for _, call, x, steps, adam in nets:
+    def train(mode):
+        for calls, x, steps, adam in nets:
             adam.zero_grad(set_to_none=True)
-            call(x, steps).square().mean().backward()
+            calls[mode](x, steps).square().mean().backward()
             adam.step()
 
     works = {"forward": forward, "train": train}
     for line in sys.stdin:
-        work = works[line.strip()]
-        work()
-        print(f"{best(work, args.seconds):.6f}", flush=True)
+        if line.strip() == "version":
+            print(torch.__version__, flush=True)
+            continue
+        what, mode = line.split()
+        works[what](mode)
+        print(f"{best(lambda: works[what](mode), args.seconds):.6f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,9 @@
 // A task talks to the person at the terminal; the libraries of the workspace never print.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+pub mod bench;
 pub mod benchmark;
 pub mod data;
 pub mod fetch;
+pub mod provenance;
 pub mod release;

@@ -18,6 +18,8 @@ struct Cli {
 enum Task {
     /// The AUROC table of the paper, on real data where it is at hand, else on synthetic data.
     Benchmark(xtask::benchmark::BenchmarkArgs),
+    /// Speed of the engine beside burn, PyTorch and the machine's own sgemm.
+    Bench(xtask::bench::BenchArgs),
     /// Train the weights that ship with the program (KITTI; about half an hour on 2 cores).
     TrainReleaseModel(xtask::release::ReleaseArgs),
     /// Download KITTI poses; say how to get RobotCar and IROS20, and check what is there.
@@ -29,6 +31,7 @@ fn main() -> ExitCode {
         Task::Benchmark(args) => {
             use_threads(args.threads).and_then(|()| xtask::benchmark::run(&args))
         }
+        Task::Bench(args) => xtask::bench::run(&args),
         Task::TrainReleaseModel(args) => {
             use_threads(args.threads).and_then(|()| xtask::release::run(&args))
         }

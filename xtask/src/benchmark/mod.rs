@@ -6,6 +6,7 @@ mod report;
 mod sets;
 
 use crate::data::DataRoot;
+use crate::provenance::{commit, machine, render_into};
 use crate::release::ReleaseArgs;
 use anyhow::{Context, Result, bail};
 use cells::{Cell, Fitted, Protocol, Rows};
@@ -23,7 +24,7 @@ use dose3_ood::{DensityConfig, StatisticsSet};
 use indicatif::{ProgressBar, ProgressStyle};
 use sets::DataSet;
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Arguments of `benchmark`.
@@ -188,7 +189,12 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
         args.out.join("benchmark.json").display()
     );
     if let Some(path) = &args.render {
-        report::render_into(path, &markdown, synthetic)?;
+        let name = if synthetic {
+            "benchmark-synthetic"
+        } else {
+            "benchmark"
+        };
+        render_into(path, &markdown, name)?;
         println!("updated {}", path.display());
     }
     Ok(())
@@ -442,39 +448,4 @@ fn progress(total: u64, what: &str) -> Result<ProgressBar> {
     Ok(ProgressBar::new(total)
         .with_style(style)
         .with_prefix(what.to_string()))
-}
-
-fn commit() -> String {
-    let git = |args: &[&str]| {
-        let output = std::process::Command::new("git").args(args).output().ok()?;
-        let text = String::from_utf8(output.stdout).ok()?;
-        output.status.success().then(|| text.trim().to_string())
-    };
-    match git(&["rev-parse", "--short=10", "HEAD"]) {
-        Some(commit) => {
-            let dirty = git(&["status", "--porcelain", "--untracked-files=no"]);
-            let changed = dirty.is_some_and(|d| !d.is_empty());
-            if changed {
-                format!("{commit} with changes")
-            } else {
-                commit
-            }
-        }
-        None => "unknown (no git checkout)".into(),
-    }
-}
-
-fn machine() -> String {
-    let cores = std::thread::available_parallelism().map_or(0, usize::from);
-    let model = std::fs::read_to_string(Path::new("/proc/cpuinfo"))
-        .ok()
-        .and_then(|text| {
-            let line = text.lines().find(|l| l.starts_with("model name"))?;
-            Some(line.split_once(':')?.1.trim().to_string())
-        });
-    format!(
-        "{cores} cores, {}, {}",
-        std::env::consts::ARCH,
-        model.unwrap_or_else(|| "unknown CPU".into())
-    )
 }

@@ -4,12 +4,9 @@ use super::cells::{Cell, Protocol};
 use super::paper;
 use super::sets::DataSet;
 use super::{METHODS, Method};
-use anyhow::{Context, Result, bail};
-use dose3::atomic;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
-use std::path::Path;
 
 /// Everything a benchmark run found, and what is needed to repeat it.
 #[derive(Serialize)]
@@ -330,35 +327,6 @@ fn spread(values: &[f64]) -> (f64, f64) {
     (mean, variance.sqrt())
 }
 
-/// Replaces what stands between the markers of `path` by `markdown`.
-///
-/// # Errors
-/// A document without the markers.
-pub fn render_into(path: &Path, markdown: &str, synthetic: bool) -> Result<()> {
-    let name = if synthetic {
-        "benchmark-synthetic"
-    } else {
-        "benchmark"
-    };
-    let (open, close) = (format!("<!-- {name} -->"), format!("<!-- /{name} -->"));
-    let text =
-        std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let (Some(start), Some(end)) = (text.find(&open), text.find(&close)) else {
-        bail!(
-            "{} has no lines {open} and {close} to put the tables between",
-            path.display()
-        );
-    };
-    if end < start {
-        bail!("{}: {close} stands before {open}", path.display());
-    }
-    let (head, tail) = (&text[..start + open.len()], &text[end..]);
-    atomic::write(
-        path,
-        format!("{head}\n{}\n{tail}", markdown.trim_end()).as_bytes(),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -367,20 +335,5 @@ mod tests {
     fn spread_by_hand() {
         assert_eq!(spread(&[1.0, 3.0]), (2.0, 2.0_f64.sqrt()));
         assert_eq!(spread(&[0.5]), (0.5, 0.0));
-    }
-
-    #[test]
-    fn rendering_replaces_what_stands_between_the_markers() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("r.md");
-        let text = "# T\n<!-- benchmark -->\nold\n<!-- /benchmark -->\nend\n";
-        std::fs::write(&path, text).unwrap();
-        render_into(&path, "new\n", false).unwrap();
-        let text = std::fs::read_to_string(&path).unwrap();
-        assert_eq!(
-            text,
-            "# T\n<!-- benchmark -->\nnew\n<!-- /benchmark -->\nend\n"
-        );
-        assert!(render_into(&path, "new", true).is_err());
     }
 }
