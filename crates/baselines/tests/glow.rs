@@ -7,6 +7,7 @@ use dose3_baselines::{Error, Glow, GlowConfig};
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 
 fn small() -> GlowConfig {
     GlowConfig {
@@ -100,7 +101,8 @@ fn density_integrates_to_one_and_is_no_gaussian() {
     let mut rng = ChaCha8Rng::seed_from_u64(11);
     let mut data = Vec::new();
     for _ in 0..2000 {
-        let (angle, radius) = (rng.random_range(0.0..6.283), rng.random_range(1.8..2.2));
+        let angle = rng.random_range(0.0..std::f32::consts::TAU);
+        let radius = rng.random_range(1.8..2.2);
         data.extend([radius * f32::cos(angle), radius * f32::sin(angle)]);
     }
     let config = GlowConfig {
@@ -131,6 +133,43 @@ fn density_integrates_to_one_and_is_no_gaussian() {
         flow > gaussian + 0.3,
         "{flow} against the Gaussian's {gaussian}"
     );
+}
+
+#[test]
+fn density_with_a_split_integrates_to_one() {
+    // Four dimensions, so by importance sampling, under a Gaussian wider than the data.
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut data = Vec::new();
+    for _ in 0..2000 {
+        let mut x = normal();
+        for _ in 0..4 {
+            data.push(x as f32);
+            x = 0.8 * x + 0.6 * normal();
+        }
+    }
+    let config = GlowConfig {
+        steps: 150,
+        batch: 128,
+        noise: 0.1,
+        ..small()
+    };
+    let glow = Glow::train(windows(4, 1, &data), &config, 3, &mut |_| ()).unwrap();
+
+    let (samples, sd) = (200_000, 1.5);
+    let drawn: Vec<f32> = (0..4 * samples).map(|_| (sd * normal()) as f32).collect();
+    let proposal = |x: &[f32]| -> f64 {
+        let squares: f64 = x.iter().map(|&v| (f64::from(v) / sd).powi(2)).sum();
+        -0.5 * squares - 4.0 * (sd.ln() + 0.5 * std::f64::consts::TAU.ln())
+    };
+    let log_density = glow.log_density(windows(4, 1, &drawn)).unwrap();
+    let weights = log_density.iter().zip(drawn.chunks_exact(4));
+    let total = mean(
+        &weights
+            .map(|(p, x)| (p - proposal(x)).exp())
+            .collect::<Vec<_>>(),
+    );
+    assert!((total - 1.0).abs() < 0.03, "integral {total}");
 }
 
 #[test]

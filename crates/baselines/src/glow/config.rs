@@ -34,7 +34,7 @@ impl Default for GlowConfig {
             noise: 0.05,
             mutation_rate: 0.2,
             batch: 64,
-            steps: 1500,
+            steps: 2000,
             learning_rate: 1e-3,
         }
     }

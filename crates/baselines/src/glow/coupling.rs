@@ -6,12 +6,22 @@ use crate::Error;
 use crate::layers::{Conv, halves, sum_each};
 use crate::source::Source;
 
-/// Log-scales stay within plus or minus this: no single layer can stretch by more than e^2.
-const LOG_SCALE_BOUND: f64 = 2.0;
+/// Log-scales stay within plus or minus this: no coupling can stretch by more than e.
+const LOG_SCALE_BOUND: f64 = 1.0;
+
+/// What a coupling's network sees of the kept half stays within plus or minus this, in about
+/// standard deviations: on a perturbed or foreign window a chain of couplings would otherwise grow without
+/// end (seen, where a training set held a few values 100 deviations out).
+const INPUT_BOUND: f64 = 4.0;
+
+/// Log-scales of couplings and splits, within their bound.
+pub(super) fn bounded(x: Tensor<3>) -> Tensor<3> {
+    squash(x, LOG_SCALE_BOUND)
+}
 
 /// `bound * tanh(x / bound)`: the identity near 0, never beyond the bound.
-pub(super) fn bounded(x: Tensor<3>) -> Tensor<3> {
-    (x / LOG_SCALE_BOUND).tanh() * LOG_SCALE_BOUND
+fn squash(x: Tensor<3>, bound: f64) -> Tensor<3> {
+    (x / bound).tanh() * bound
 }
 
 /// Affine coupling (Glow, section 3.3): half the channels, seen through a small network, scale
@@ -54,7 +64,8 @@ impl Coupling {
     }
 
     fn parameters(&self, kept: Tensor<3>) -> [Tensor<3>; 2] {
-        let h = relu(self.conv1.forward(kept)); // [batch, length, hidden]
+        let seen = squash(kept, INPUT_BOUND);
+        let h = relu(self.conv1.forward(seen)); // [batch, length, hidden]
         let h = relu(self.conv2.forward(h));
         let [log_scale, shift] = halves(self.conv3.forward(h));
         [bounded(log_scale), shift]

@@ -40,7 +40,7 @@ impl Default for JemConfig {
             width: 32,
             levels: 4,
             batch: 64,
-            steps: 1500,
+            steps: 1000,
             learning_rate: 3e-4,
             noise: 0.05,
             langevin_steps: 20,
