@@ -1,6 +1,7 @@
 //! `cargo xtask benchmark`: the AUROC table of the paper, with honest columns beside it.
 
 mod cells;
+mod faults;
 mod paper;
 mod report;
 mod sets;
@@ -21,6 +22,7 @@ use dose3_diffusion::{Branches, NoiseSharing, ProbeConfig, Process};
 use dose3_model::Precision;
 use dose3_ood::metrics::Bootstrap;
 use dose3_ood::{DensityConfig, StatisticsSet};
+use faults::FaultArgs;
 use indicatif::{ProgressBar, ProgressStyle};
 use sets::DataSet;
 use std::io::IsTerminal;
@@ -37,9 +39,17 @@ pub struct BenchmarkArgs {
     /// Use the synthetic data sets even where real data is at hand
     #[arg(long)]
     pub synthetic: bool,
-    /// Model to use (default: the shipped weights)
-    #[arg(long, value_name = "FILE", conflicts_with = "retrain")]
-    pub model: Option<PathBuf>,
+    /// Model to use (default: the shipped weights); with --faults several, one a training seed
+    #[arg(
+        long,
+        value_name = "FILE",
+        value_delimiter = ',',
+        conflicts_with = "retrain"
+    )]
+    pub model: Vec<PathBuf>,
+    /// Faults instead of the paper's table
+    #[command(flatten)]
+    pub faults: FaultArgs,
     /// Train anew instead of using shipped weights, once per seed (KITTI, or the synthetic vehicle)
     #[arg(long)]
     pub retrain: bool,
@@ -55,19 +65,19 @@ pub struct BenchmarkArgs {
     /// Poses between the starts of windows
     #[arg(long, default_value_t = 32)]
     pub stride: usize,
-    /// Diffusion steps visited, evenly spread (default: all of the model's)
+    /// Diffusion steps visited, evenly spread (default: all of the model's; 12 with --faults)
     #[arg(long, value_name = "N")]
     pub steps: Option<usize>,
-    /// Noise draws of the row with common noise
-    #[arg(long, default_value_t = 2)]
-    pub draws: usize,
+    /// Noise draws of the row with common noise (default: 2), or of --faults (default: 1)
+    #[arg(long)]
+    pub draws: Option<usize>,
     /// Density over the statistics
     #[arg(long, default_value = "mixture:5")]
     pub density: String,
     /// Bootstrap resamples of the intervals
     #[arg(long, default_value_t = 1000)]
     pub resamples: usize,
-    /// Folder for benchmark.json and benchmark.md
+    /// Folder for benchmark.json and benchmark.md, or faults.json and faults.md
     #[arg(long, value_name = "DIR", default_value = "results")]
     pub out: PathBuf,
     /// Also put the tables into this document, between its markers
@@ -144,8 +154,14 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
     if args.steps == Some(0) {
         bail!("--steps must be at least 1");
     }
-    if args.seeds == 0 || args.stride == 0 || args.draws == 0 {
+    if args.seeds == 0 || args.stride == 0 || args.draws == Some(0) {
         bail!("--seeds, --stride and --draws must be at least 1");
+    }
+    if args.faults.faults {
+        return faults::run(args);
+    }
+    if args.model.len() > 1 {
+        bail!("--model: several models are for --faults");
     }
     let density: DensityConfig = args.density.parse()?;
     let (source, mut data) = load(args)?;
@@ -168,7 +184,7 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
         retrained: args.retrain,
         stride: stride(args),
         steps: steps(args, header.process.steps),
-        draws: args.draws,
+        draws: draws(args),
         density: args.density.clone(),
         resamples: args.resamples,
         window: header.window,
@@ -320,7 +336,7 @@ fn statistics(
     let mut rows = vec![Vec::with_capacity(set.windows.len()); METHODS.len()];
     for (sharing, draws) in [
         (NoiseSharing::PerWindow, 1),
-        (NoiseSharing::Common, args.draws),
+        (NoiseSharing::Common, draws(args)),
     ] {
         let methods: Vec<(usize, StatisticsSet)> = METHODS
             .iter()
@@ -361,7 +377,7 @@ fn statistics(
 /// The shipped model, the one of `--model`, or one trained now (kept under the results folder and
 /// taken up again where it is finished or was interrupted).
 fn model(args: &BenchmarkArgs, data: &[DataSet], seed: u64) -> Result<Model> {
-    if let Some(path) = &args.model {
+    if let Some(path) = args.model.first() {
         return Model::read(path);
     }
     if !args.retrain {
@@ -430,6 +446,11 @@ fn stride(args: &BenchmarkArgs) -> usize {
 fn steps(args: &BenchmarkArgs, of_model: usize) -> usize {
     let steps = args.steps.unwrap_or(of_model).clamp(1, of_model);
     if args.quick { steps.div_ceil(3) } else { steps }
+}
+
+/// Noise draws of the row with common noise.
+fn draws(args: &BenchmarkArgs) -> usize {
+    args.draws.unwrap_or(2)
 }
 
 fn names(records: &[LogRecord]) -> Vec<String> {

@@ -1,0 +1,180 @@
+//! Statistics of windows for all rows at once: one pass of the networks serves them all.
+
+use super::methods::{METHODS, Network};
+use anyhow::{Context, Result};
+use dose3::backend::Backend;
+use dose3::features::Extractor;
+use dose3::model_file::Model;
+use dose3_datasets::{Representation, Trajectory, Window};
+use dose3_diffusion::{Branches, ModelPair, NoiseSharing, ProbeConfig, Process};
+use dose3_model::PairParameters;
+use dose3_ood::{DensityConfig, DetectorConfig, DetectorStatistics, StatisticsSet};
+
+/// Statistics `[method][window][column]`; empty for methods that were not asked for.
+pub type Rows = Vec<Vec<Vec<f64>>>;
+
+/// Settings that all parts of the run share.
+pub struct Settings {
+    /// Diffusion steps visited.
+    pub steps: usize,
+    /// Noise draws, common to all windows.
+    pub draws: usize,
+    /// The density of every block.
+    pub density: DensityConfig,
+    /// Seed of noise and fits.
+    pub seed: u64,
+    /// Where networks run.
+    pub backend: Backend,
+    /// Threads of the engine.
+    pub threads: usize,
+}
+
+/// Turns windows into statistics.
+pub struct Prober {
+    trained: ModelPair,
+    untrained: ModelPair,
+    process: Process,
+    probe: ProbeConfig,
+    representation: Representation,
+    /// Poses of a window.
+    pub poses: usize,
+}
+
+impl Prober {
+    /// Loads the model, and an untrained one of its shape.
+    ///
+    /// # Errors
+    /// A backend that is not there.
+    pub fn new(model: &Model, settings: &Settings) -> Result<Self> {
+        let header = &model.header;
+        let process = Process::new(header.process)?;
+        let untrained = PairParameters::init(&model.parameters.config(), settings.seed)?;
+        let load = |p| settings.backend.load(p, settings.threads);
+        Ok(Self {
+            trained: load(&model.parameters)?,
+            untrained: load(&untrained)?,
+            probe: ProbeConfig {
+                steps: settings.steps.min(process.steps()),
+                draws: settings.draws,
+                seed: settings.seed,
+                sharing: NoiseSharing::Common,
+            },
+            process,
+            representation: header.representation,
+            poses: header.representation.kind.poses(header.window),
+        })
+    }
+
+    /// Statistics of `windows` for the `methods` named; `tick` hears of every window done.
+    ///
+    /// # Errors
+    /// A window that cannot be represented, a failing network.
+    pub fn rows(
+        &mut self,
+        logs: &[Trajectory],
+        windows: &[Window],
+        methods: &[usize],
+        tick: &dyn Fn(),
+    ) -> Result<Rows> {
+        let mut rows: Rows = vec![Vec::new(); METHODS.len()];
+        let of = |trained: bool| -> Vec<usize> {
+            let all = methods.iter().copied();
+            all.filter(|&m| (METHODS[m].network != Network::Untrained) == trained)
+                .collect()
+        };
+        for (models, methods) in [
+            (&mut self.trained, of(true)),
+            (&mut self.untrained, of(false)),
+        ] {
+            let sets = distinct(&methods)?;
+            if sets.is_empty() {
+                continue;
+            }
+            let networks = sets.iter().any(|(set, _)| set.needs_trace());
+            let mut extractor = Extractor {
+                models,
+                process: &self.process,
+                probe: self.probe,
+                representation: self.representation,
+            };
+            let branches = networks.then_some(Branches::Both);
+            extractor.for_each(logs, windows, branches, &mut |_, data| {
+                for (set, methods) in &sets {
+                    let row = set.evaluate(&data.sample())?;
+                    for &method in methods {
+                        rows[method].push(row.clone());
+                    }
+                }
+                tick();
+                Ok(())
+            })?;
+        }
+        Ok(rows)
+    }
+}
+
+/// The sets of some methods, each once, with the methods that share it.
+fn distinct(methods: &[usize]) -> Result<Vec<(StatisticsSet, Vec<usize>)>> {
+    let mut sets: Vec<(&str, Vec<usize>)> = Vec::new();
+    for &method in methods {
+        let text = METHODS[method].statistics;
+        match sets.iter_mut().find(|(known, _)| *known == text) {
+            Some((_, methods)) => methods.push(method),
+            None => sets.push((text, vec![method])),
+        }
+    }
+    sets.into_iter()
+        .map(|(text, methods)| Ok((text.parse()?, methods)))
+        .collect()
+}
+
+/// Windows of whole logs with their statistics.
+pub struct SetRows {
+    /// The windows.
+    pub windows: Vec<Window>,
+    /// Their statistics.
+    pub rows: Rows,
+}
+
+impl SetRows {
+    /// The rows of `method` for the windows that `keep` wants, with the logs they come from.
+    pub fn select(
+        &self,
+        method: usize,
+        mut keep: impl FnMut(usize, &Window) -> bool,
+    ) -> (Vec<Vec<f64>>, Vec<usize>) {
+        let chosen = self.windows.iter().enumerate().filter(|(i, w)| keep(*i, w));
+        chosen
+            .map(|(i, w)| (self.rows[method][i].clone(), w.trajectory))
+            .unzip()
+    }
+}
+
+/// Fits a method's detector to rows of trusted windows; `groups` numbers the group of each log.
+///
+/// # Errors
+/// Too few rows.
+pub fn fit(
+    method: usize,
+    (rows, logs): &(Vec<Vec<f64>>, Vec<usize>),
+    groups: &[usize],
+    overlap: usize,
+    settings: &Settings,
+) -> Result<DetectorStatistics> {
+    let method = &METHODS[method];
+    let config = DetectorConfig {
+        statistics: method.statistics.parse()?,
+        density: settings.density.clone(),
+        combination: method.combination,
+        overlap,
+        draws: settings.draws,
+        seed: settings.seed,
+        ..DetectorConfig::default()
+    };
+    let ids: Vec<usize> = logs.iter().map(|&log| groups[log]).collect();
+    let names: Vec<String> = (0..groups.iter().max().map_or(0, |g| g + 1))
+        .map(|group| format!("group {group}"))
+        .collect();
+    DetectorStatistics::fit(config, rows, &ids, &names)
+        .with_context(|| format!("row {}", method.key))
+}

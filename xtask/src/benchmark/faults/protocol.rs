@@ -1,0 +1,282 @@
+//! Which logs do what, and which faults are injected: fixed before anything is measured.
+
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+use dose3_datasets::faults::Fault;
+use dose3_datasets::{Trajectory, resample};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Logs faster than the model's rate by more than this share are interpolated down to it.
+const RATE_TOLERANCE: f64 = 0.05;
+/// Severities of the validation part over those of the tested suite.
+const BETWEEN: f64 = 1.4;
+
+/// Which logs are tested.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Part {
+    /// The validation logs, with other severities and another seed: what settings are chosen on.
+    Validation,
+    /// The test logs with the suite's severities.
+    #[default]
+    Test,
+}
+
+/// What a log is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// Networks are trained on it.
+    Network,
+    /// Only densities see it.
+    Density,
+    /// Settings are chosen on it.
+    Validation,
+    /// Nothing but the final test sees it.
+    Test,
+}
+
+/// The role of the log at `index` of a set sorted by name.
+pub fn role(letter: char, index: usize, name: &str) -> Role {
+    const TURNS: [Role; 4] = [Role::Network, Role::Density, Role::Validation, Role::Test];
+    match (letter, name) {
+        ('K', "07" | "09" | "10") => Role::Test,
+        ('K', "05" | "06") => Role::Validation,
+        ('K', _) => Role::Network,
+        _ => TURNS[index % TURNS.len()],
+    }
+}
+
+/// Roles of all logs of a set; the logs of a group all have that of its first.
+pub fn roles(letter: char, logs: &[Trajectory]) -> Vec<Role> {
+    let mut of_group = BTreeMap::new();
+    logs.iter()
+        .enumerate()
+        .map(|(i, log)| {
+            *of_group
+                .entry(log.group.as_str())
+                .or_insert_with(|| role(letter, i, &log.name))
+        })
+        .collect()
+}
+
+/// One data set at the model's rate.
+pub struct LogSet {
+    /// The letter it has in tables.
+    pub letter: char,
+    /// Its full name.
+    pub name: &'static str,
+    /// The logs as they were read, sorted by name.
+    pub raw: Vec<Trajectory>,
+    /// The same at the model's rate.
+    pub logs: Vec<Trajectory>,
+    /// What each log is used for.
+    pub roles: Vec<Role>,
+}
+
+impl LogSet {
+    /// Resamples and assigns roles.
+    ///
+    /// # Errors
+    /// A log slower than `hertz`.
+    pub fn new(letter: char, name: &'static str, raw: Vec<Trajectory>, hertz: f64) -> Result<Self> {
+        let logs = raw
+            .iter()
+            .map(|log| at_rate(log, hertz))
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Self {
+            letter,
+            name,
+            roles: roles(letter, &raw),
+            raw,
+            logs,
+        })
+    }
+
+    /// Logs whose windows fit densities when `part` is tested.
+    pub fn fitted(&self, part: Part) -> Vec<usize> {
+        self.with_role(|role| match part {
+            Part::Validation => matches!(role, Role::Network | Role::Density),
+            Part::Test => role != Role::Test,
+        })
+    }
+
+    /// Logs that are tested.
+    pub fn tested(&self, part: Part) -> Vec<usize> {
+        self.with_role(|role| match part {
+            Part::Validation => role == Role::Validation,
+            Part::Test => role == Role::Test,
+        })
+    }
+
+    fn with_role(&self, keep: impl Fn(Role) -> bool) -> Vec<usize> {
+        let all = 0..self.roles.len();
+        all.filter(|&i| keep(self.roles[i])).collect()
+    }
+
+    /// Names of some logs.
+    pub fn names(&self, logs: &[usize]) -> Vec<String> {
+        logs.iter().map(|&i| self.raw[i].name.clone()).collect()
+    }
+
+    /// Per log the number of its group, counted in order of appearance.
+    pub fn groups(&self) -> Vec<usize> {
+        let mut numbers = BTreeMap::new();
+        self.raw
+            .iter()
+            .map(|log| {
+                let next = numbers.len();
+                *numbers.entry(log.group.as_str()).or_insert(next)
+            })
+            .collect()
+    }
+}
+
+/// The log at `hertz`: as it is, or interpolated down.
+///
+/// # Errors
+/// A log slower than that.
+pub fn at_rate(log: &Trajectory, hertz: f64) -> Result<Trajectory> {
+    if (log.rate.hertz / hertz - 1.0).abs() <= RATE_TOLERANCE {
+        return Ok(log.clone());
+    }
+    resample(log, hertz).with_context(|| format!("log {} cannot be resampled", log.name))
+}
+
+/// The faults that are injected: the suite's, or for validation the same with severities 1.4 times
+/// as far from none. `quick` keeps every third.
+pub fn faults(part: Part, quick: bool) -> Vec<Fault> {
+    let all = Fault::suite().into_iter().map(|(_, _, fault)| match part {
+        Part::Validation => stronger(fault, BETWEEN),
+        Part::Test => fault,
+    });
+    all.step_by(if quick { 3 } else { 1 }).collect()
+}
+
+/// The fault with its severity `factor` times as far from none; for a factor that multiplies
+/// (scale, rate), its excess over one, or that of its inverse.
+fn stronger(fault: Fault, factor: f64) -> Fault {
+    let excess = |of: f64| {
+        if of < 1.0 {
+            1.0 / (1.0 + (1.0 / of - 1.0) * factor)
+        } else {
+            1.0 + (of - 1.0) * factor
+        }
+    };
+    let mut fault = fault;
+    match &mut fault {
+        Fault::Jump { metres: value }
+        | Fault::Freeze { seconds: value }
+        | Fault::Drop { share: value }
+        | Fault::JitterPosition { metres: value }
+        | Fault::JitterRotation { radians: value }
+        | Fault::DriftYaw {
+            radians_per_second: value,
+        }
+        | Fault::DriftPosition {
+            metres_per_second: value,
+        }
+        | Fault::DriftScale { per_second: value }
+        | Fault::TimeWarp { depth: value }
+        | Fault::Mounting { radians: value }
+        | Fault::Slip {
+            metres_per_second: value,
+        } => *value *= factor,
+        Fault::Scale { factor: value } | Fault::Rate { factor: value } => *value = excess(*value),
+        Fault::Reversal
+        | Fault::RollPitchSwap
+        | Fault::Handedness { .. }
+        | Fault::MirroredPositions { .. }
+        | Fault::DegreesForRadians => {}
+    }
+    fault
+}
+
+/// The fault's name and severity in few digits.
+pub fn label(fault: &Fault) -> String {
+    let round = |v: f64| format!("{}", (v * 1e4).round() / 1e4);
+    match *fault {
+        Fault::Scale { factor } | Fault::Rate { factor } => {
+            format!("{}:{}x", fault.name(), round(factor))
+        }
+        Fault::JitterRotation { radians } | Fault::Mounting { radians } => {
+            format!("{}:{}deg", fault.name(), round(radians.to_degrees()))
+        }
+        Fault::DriftYaw { radians_per_second } => {
+            let degrees = round(radians_per_second.to_degrees());
+            format!("{}:{degrees}deg/s", fault.name())
+        }
+        Fault::Jump { metres } | Fault::JitterPosition { metres } => {
+            format!("{}:{}m", fault.name(), round(metres))
+        }
+        Fault::Freeze { seconds } => format!("{}:{}s", fault.name(), round(seconds)),
+        Fault::Drop { share: v } | Fault::TimeWarp { depth: v } => {
+            format!("{}:{}", fault.name(), round(v))
+        }
+        Fault::DriftScale { per_second } => format!("{}:{}/s", fault.name(), round(per_second)),
+        Fault::DriftPosition { metres_per_second } | Fault::Slip { metres_per_second } => {
+            format!("{}:{}m/s", fault.name(), round(metres_per_second))
+        }
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dose3_datasets::synthetic::{Platform, suite};
+
+    #[test]
+    fn roles_by_hand() {
+        assert_eq!(role('K', 9, "09"), Role::Test);
+        assert_eq!(role('K', 5, "05"), Role::Validation);
+        assert_eq!(role('K', 3, "03"), Role::Network);
+        assert_eq!(role('O', 1, "2019"), Role::Density);
+        assert_eq!(role('I', 7, "traj_9"), Role::Test);
+        // The second log is of the first one's group and moves to its role.
+        let mut logs = suite(Platform::Vehicle, 5, 1);
+        logs[1].group = logs[0].group.clone();
+        let expected = [
+            Role::Network,
+            Role::Network,
+            Role::Validation,
+            Role::Test,
+            Role::Network,
+        ];
+        assert_eq!(roles('V', &logs), expected);
+        let hertz = logs[0].rate.hertz;
+        let set = LogSet::new('V', "vehicle", logs, hertz).unwrap();
+        assert_eq!(set.fitted(Part::Test), [0, 1, 2, 4]);
+        assert_eq!(set.fitted(Part::Validation), [0, 1, 4]);
+        assert_eq!(set.tested(Part::Validation), [2]);
+        assert_eq!(set.groups(), [0, 0, 1, 2, 3]);
+    }
+
+    #[test]
+    fn validation_faults_are_others_with_other_severities() {
+        let (test, validation) = (faults(Part::Test, false), faults(Part::Validation, false));
+        assert_eq!(test.len(), Fault::suite().len());
+        let same = test.iter().zip(&validation).filter(|(a, b)| a == b);
+        for (fault, _) in same {
+            assert_eq!(fault.severity().parse::<f64>().ok(), None, "{fault}");
+        }
+        assert_eq!(
+            label(&stronger(Fault::Scale { factor: 1.05 }, 1.4)),
+            "scale:1.07x"
+        );
+        assert_eq!(
+            label(&stronger(Fault::Rate { factor: 0.5 }, 1.4)),
+            "rate:0.4167x"
+        );
+        assert_eq!(
+            label(&stronger(Fault::Jump { metres: 0.2 }, 1.4)),
+            "jump:0.28m"
+        );
+        assert_eq!(faults(Part::Test, true).len(), test.len().div_ceil(3));
+        for (_, severity, fault) in Fault::suite() {
+            let text = label(&fault).replace(".0", "");
+            assert!(text.ends_with(&severity.replace(".0", "")), "{text}");
+        }
+    }
+}
