@@ -5,6 +5,7 @@ pub mod density;
 pub mod detector;
 mod error;
 pub mod folds;
+pub mod localise;
 pub mod metrics;
 mod score;
 mod special;
@@ -15,6 +16,7 @@ pub use density::{Density, DensityConfig, DensityModel};
 pub use detector::{DetectorConfig, DetectorStatistics, LogVerdict};
 pub use error::Error;
 pub use folds::{FoldPlan, Folds, Unit};
+pub use localise::PoseReference;
 pub use score::Score;
 pub use statistics::{
     Accumulator, Group, PoseWindow, Sample, Statistic, StatisticsSet, Trace, TraceSummary,

@@ -45,7 +45,7 @@ fn every_statistic_has_as_many_names_as_values_and_they_differ() {
         }),
         increments: Some(&increments),
     };
-    let sizes = [24, 12, 6, 6, 36, 72, 36, 36, 24, 36];
+    let sizes = [24, 12, 6, 6, 36, 72, 36, 36, 24, 36, 36];
     for (statistic, size) in Statistic::ALL.into_iter().zip(sizes) {
         let set = StatisticsSet::from(statistic);
         let values = set.evaluate(&sample).unwrap();
@@ -295,5 +295,25 @@ proptest! {
             let expected = if odd { -a } else { a };
             prop_assert!((b - expected).abs() < 1e-9, "{}", name);
         }
+    }
+}
+
+#[test]
+fn blocks_are_the_groups_and_survive_their_text() {
+    let text = "kinematic,differences,residual+eps-mean";
+    let blocks = set(text);
+    assert_eq!(blocks.to_string(), text);
+    assert_eq!(blocks.blocks(), 3);
+    let groups = blocks.groups();
+    let names: Vec<&str> = groups.iter().map(|g| g.name.as_str()).collect();
+    assert_eq!(names, ["kinematic", "differences", "residual+eps-mean"]);
+    let sizes: Vec<usize> = groups.iter().map(|g| g.columns.len()).collect();
+    assert_eq!(sizes, [36, 36, 72]);
+    let columns: Vec<usize> = groups.into_iter().flat_map(|g| g.columns).collect();
+    assert_eq!(columns, (0..144).collect::<Vec<_>>());
+    // Without a comma the parts of the members are the groups, as ever.
+    assert_eq!(set("kinematic").groups().len(), 6);
+    for bad in ["kinematic,", ",kinematic", "kinematic,,r3", "r3,r3"] {
+        assert!(bad.parse::<StatisticsSet>().is_err(), "{bad}");
     }
 }

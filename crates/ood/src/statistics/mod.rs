@@ -1,7 +1,8 @@
 //! Statistics of the noise estimator, and of the poses themselves, as named, composable sets.
 //!
 //! A [`StatisticsSet`] turns one window into a fixed vector of numbers. Every entry has a name such as
-//! `rotation_z.sum_eps^3` and belongs to one [`Group`], such as `paper24.rotation_z`.
+//! `rotation_z.sum_eps^3` and belongs to one [`Group`]: its block where the set has several, else one
+//! such as `paper24.rotation_z`.
 //!
 //! | name | numbers | groups | from |
 //! |---|---|---|---|
@@ -15,8 +16,14 @@
 //! | `change` | 36 | log mean squared change of eps_hat between steps, per axis in 6 noise bands | trace |
 //! | `moments24` | 24 | raw moments of the represented poses (a baseline without a network) | poses |
 //! | `kinematic` | 36 | body velocity, angular rate and their differences (a baseline without a network) | increments |
+//! | `differences` | 36 | quantiles of the first and second differences of velocity and rate (no network) | increments |
+//!
+//! Members joined by `+` share one density. A set may also hold blocks, separated by commas:
+//! `kinematic,differences,residual+eps-mean`. Each block has a density of its own, and a
+//! [`Combination`](crate::calibration::Combination) makes one score of them.
 
 mod bands;
+mod differences;
 mod kinematic;
 mod moments;
 mod paper;

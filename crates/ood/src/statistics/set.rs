@@ -8,12 +8,14 @@ use std::collections::HashMap;
 use std::fmt;
 use std::str::FromStr;
 
-/// A non-empty union of statistics, written `residual+change`. Its columns come in the order of its
-/// members. Serialised as that text.
+/// A non-empty union of statistics, written `residual+change`, or several in blocks of their own,
+/// `kinematic,residual+change`. Its columns come in the order of its members. Serialised as that text.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct StatisticsSet {
     members: Vec<Statistic>,
+    /// Numbers of members of the blocks; they add up to the members.
+    blocks: Vec<usize>,
 }
 
 /// Columns of a set that belong together, such as the statistics of one rotation axis.
@@ -60,7 +62,28 @@ impl StatisticsSet {
                 }
             }
         }
-        Ok(Self { members })
+        let blocks = vec![members.len()];
+        Ok(Self { members, blocks })
+    }
+
+    /// Blocks of members: each is to have a density of its own.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), for a block without members too.
+    pub fn in_blocks(blocks: &[Vec<Statistic>]) -> Result<Self, Error> {
+        if blocks.iter().any(Vec::is_empty) {
+            return Err(Error::EmptySet);
+        }
+        Ok(Self {
+            blocks: blocks.iter().map(Vec::len).collect(),
+            ..Self::new(blocks.concat())?
+        })
+    }
+
+    /// How many blocks it has; 1 for a plain union.
+    #[must_use]
+    pub fn blocks(&self) -> usize {
+        self.blocks.len()
     }
 
     /// The members, in order.
@@ -82,9 +105,13 @@ impl StatisticsSet {
         columns.map(|c| c.name).collect()
     }
 
-    /// The groups; every column is in exactly one.
+    /// The groups; every column is in exactly one. Several blocks are the groups themselves; those of a
+    /// plain union are the parts of its members.
     #[must_use]
     pub fn groups(&self) -> Vec<Group> {
+        if self.blocks() > 1 {
+            return self.block_groups();
+        }
         let mut groups: Vec<Group> = Vec::new();
         let mut index = 0;
         for member in &self.members {
@@ -101,6 +128,28 @@ impl StatisticsSet {
             }
         }
         groups
+    }
+
+    fn block_groups(&self) -> Vec<Group> {
+        let mut next = 0;
+        self.block_members()
+            .map(|members| {
+                let start = next;
+                next += members.iter().map(|m| m.columns().len()).sum::<usize>();
+                Group {
+                    name: joined(members),
+                    columns: (start..next).collect(),
+                }
+            })
+            .collect()
+    }
+
+    fn block_members(&self) -> impl Iterator<Item = &[Statistic]> {
+        self.blocks.iter().scan(0, |start, &length| {
+            let members = &self.members[*start..*start + length];
+            *start += length;
+            Some(members)
+        })
     }
 
     /// Whether [`Sample::traces`] is needed, that is, a noise estimator.
@@ -163,29 +212,36 @@ impl From<Statistic> for StatisticsSet {
     fn from(member: Statistic) -> Self {
         Self {
             members: vec![member],
+            blocks: vec![1],
         }
     }
 }
 
 impl fmt::Display for StatisticsSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, member) in self.members.iter().enumerate() {
-            let plus = if index == 0 { "" } else { "+" };
-            write!(f, "{plus}{member}")?;
-        }
-        Ok(())
+        let blocks: Vec<String> = self.block_members().map(joined).collect();
+        f.write_str(&blocks.join(","))
     }
+}
+
+/// `residual+change`.
+fn joined(members: &[Statistic]) -> String {
+    let names: Vec<&str> = members.iter().map(|m| m.name()).collect();
+    names.join("+")
 }
 
 impl FromStr for StatisticsSet {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self, Error> {
-        if text.trim().is_empty() {
-            return Err(Error::EmptySet);
-        }
-        let members: Result<Vec<_>, _> = text.split('+').map(str::parse).collect();
-        Self::new(members?)
+        let block = |text: &str| -> Result<Vec<Statistic>, Error> {
+            if text.trim().is_empty() {
+                return Err(Error::EmptySet);
+            }
+            text.split('+').map(str::parse).collect()
+        };
+        let blocks: Result<Vec<_>, _> = text.split(',').map(block).collect();
+        Self::in_blocks(&blocks?)
     }
 }
 

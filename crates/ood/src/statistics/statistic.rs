@@ -1,6 +1,6 @@
 //! The named members of a set.
 
-use super::{Column, Sample, TraceSummary, bands, kinematic, moments, paper};
+use super::{Column, Sample, TraceSummary, bands, differences, kinematic, moments, paper};
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -31,6 +31,8 @@ pub enum Statistic {
     Moments24,
     /// Body velocity, angular rate and their differences.
     Kinematic,
+    /// Robust quantiles of the differences of velocity and angular rate.
+    Differences,
 }
 
 /// What a statistic is computed from.
@@ -43,7 +45,7 @@ pub(super) enum Source {
 
 impl Statistic {
     /// All statistics, in the order of the documentation.
-    pub const ALL: [Statistic; 10] = [
+    pub const ALL: [Statistic; 11] = [
         Statistic::Paper24,
         Statistic::Paper12,
         Statistic::R3,
@@ -54,6 +56,7 @@ impl Statistic {
         Statistic::Change,
         Statistic::Moments24,
         Statistic::Kinematic,
+        Statistic::Differences,
     ];
 
     /// The name used in files, on the command line and in tables.
@@ -70,13 +73,14 @@ impl Statistic {
             Statistic::Change => "change",
             Statistic::Moments24 => "moments24",
             Statistic::Kinematic => "kinematic",
+            Statistic::Differences => "differences",
         }
     }
 
     pub(super) fn source(self) -> Source {
         match self {
             Statistic::Moments24 => Source::Poses,
-            Statistic::Kinematic => Source::Increments,
+            Statistic::Kinematic | Statistic::Differences => Source::Increments,
             _ => Source::Trace,
         }
     }
@@ -95,6 +99,7 @@ impl Statistic {
             Statistic::Change => bands::columns(&["log_change"]),
             Statistic::Moments24 => moments::columns(),
             Statistic::Kinematic => kinematic::columns(),
+            Statistic::Differences => differences::columns(),
         }
     }
 
@@ -114,7 +119,10 @@ impl Statistic {
                     statistic: self,
                     input: "body-frame increments",
                 })?;
-                kinematic::values(increments, out)
+                match self {
+                    Statistic::Differences => differences::values(increments, out),
+                    _ => kinematic::values(increments, out),
+                }
             }
         }
     }
@@ -156,7 +164,7 @@ impl Statistic {
             Statistic::EpsMean => bands::eps_mean(trace, out)?,
             Statistic::Change => bands::change(trace, out)?,
             // `values` sends these to their own sources.
-            Statistic::Moments24 | Statistic::Kinematic => {}
+            Statistic::Moments24 | Statistic::Kinematic | Statistic::Differences => {}
         }
         Ok(())
     }

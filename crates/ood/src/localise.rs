@@ -1,0 +1,270 @@
+//! Which poses of a window are unlike the trusted ones.
+//!
+//! A window's score says that something is wrong among its poses; a user wants to know where. Every pose
+//! gets numbers from the same forward passes and the same increments as the statistics: per axis the log
+//! denoising error in each noise band, smoothed over five poses, and the log size of the first and second
+//! difference of the increment that leads to it. Each number is measured in trusted standard deviations,
+//! and the pose's score is the largest of them.
+
+use crate::error::{Error, expect_finite, expect_len};
+use crate::score::Score;
+use crate::statistics::{BANDS, CHANNELS, Sample, TraceSummary, quantile_sorted};
+use serde::{Deserialize, Serialize};
+
+/// Weights of the smoothing over poses; one draw's error of a single pose is mostly chance.
+const KERNEL: [f64; 5] = [1.0, 2.0, 3.0, 2.0, 1.0];
+/// A squared denoising error below this counts as this.
+const SQUARE_FLOOR: f64 = 1e-9;
+/// A difference (metres or radians per pose and pose) below this counts as this.
+const DIFFERENCE_FLOOR: f64 = 1e-5;
+/// Share of the trusted poses below the pose threshold.
+const TRUSTED_SHARE: f64 = 0.999;
+
+/// What trusted poses look like.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoseReference {
+    /// Mean of each number over trusted poses.
+    mean: Vec<f64>,
+    /// Standard deviation of each.
+    deviation: Vec<f64>,
+    /// Trusted poses beyond it: one in a thousand.
+    threshold: Score,
+}
+
+/// The numbers of every pose of a window but the first, which no increment leads to: differences alone
+/// where the sample has no trace, with the denoising errors behind them where it has.
+///
+/// # Errors
+/// [`Error::MissingInput`] without increments; [`Error::Shape`] where trace and increments disagree.
+pub fn pose_numbers(sample: &Sample<'_>) -> Result<Vec<Vec<f64>>, Error> {
+    let increments = sample.increments.unwrap_or_default();
+    let steps = increments.len() / CHANNELS;
+    expect_len("body-frame increments", steps * CHANNELS, increments.len())?;
+    let mut rows = differences(increments);
+    let mut errors: Vec<Vec<f64>> = Vec::new();
+    for trace in sample.traces {
+        let of_draw = smoothed_errors(trace, steps)?;
+        match errors.is_empty() {
+            true => errors = of_draw,
+            false => errors
+                .iter_mut()
+                .flatten()
+                .zip(of_draw.iter().flatten())
+                .for_each(|(sum, x)| *sum += x),
+        }
+    }
+    let draws = sample.traces.len().max(1) as f64;
+    for (row, errors) in rows.iter_mut().zip(errors) {
+        row.extend(errors.iter().map(|x| (x / draws).max(SQUARE_FLOOR).ln()));
+    }
+    Ok(rows)
+}
+
+/// Log first and second differences: a bad pose shows in the steps into it and out of it.
+fn differences(increments: &[f64]) -> Vec<Vec<f64>> {
+    let step: Vec<&[f64]> = increments.chunks_exact(CHANNELS).collect();
+    let difference = |i: usize, axis: usize| match (i.checked_sub(1), step.get(i)) {
+        (Some(before), Some(now)) => now[axis] - step[before][axis],
+        _ => 0.0,
+    };
+    let log = |x: f64| x.abs().max(DIFFERENCE_FLOOR).ln();
+    (0..step.len())
+        .map(|i| {
+            // The first step has no step before it; the difference to the next one stands in.
+            let at = i.max(1);
+            (0..CHANNELS)
+                .flat_map(|axis| {
+                    let first = difference(at, axis);
+                    let next = if i + 1 < step.len() {
+                        difference(i + 1, axis)
+                    } else {
+                        first
+                    };
+                    [log(first), log(next - first)]
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// `[steps][bands * channels]`, for the last `steps` elements of the trace.
+fn smoothed_errors(trace: &TraceSummary, steps: usize) -> Result<Vec<Vec<f64>>, Error> {
+    if trace.pose_residual.is_empty() {
+        return Ok(vec![Vec::new(); steps]);
+    }
+    expect_len("noise bands of a trace", BANDS, trace.pose_residual.len())?;
+    let Some(skipped) = trace.length.checked_sub(steps) else {
+        return expect_len("elements of the trace", steps, trace.length).map(|()| Vec::new());
+    };
+    let half = KERNEL.len() / 2;
+    Ok((skipped..trace.length)
+        .map(|i| {
+            let near = i.saturating_sub(half)..(i + half + 1).min(trace.length);
+            let weight = |j: usize| KERNEL[j + half - i];
+            let total: f64 = near.clone().map(weight).sum();
+            let band = |errors: &Vec<[f32; CHANNELS]>| {
+                let mut sum = [0.0; CHANNELS];
+                for j in near.clone() {
+                    for (sum, error) in sum.iter_mut().zip(errors[j]) {
+                        *sum += weight(j) * f64::from(error) / total;
+                    }
+                }
+                sum
+            };
+            trace.pose_residual.iter().flat_map(band).collect()
+        })
+        .collect())
+}
+
+impl PoseReference {
+    /// From the [`pose_numbers`] of trusted poses.
+    ///
+    /// # Errors
+    /// [`Error::TooFew`] for fewer than two poses, [`Error::Shape`] and [`Error::NotFinite`] for bad rows.
+    pub fn fit(rows: &[Vec<f64>]) -> Result<Self, Error> {
+        let Some(first) = rows.first().filter(|_| rows.len() > 1) else {
+            return Err(Error::TooFew {
+                what: "trusted poses",
+                needed: 2,
+                found: rows.len(),
+                hint: "a spread needs two poses",
+            });
+        };
+        let (mut mean, mut squares) = (vec![0.0; first.len()], vec![0.0; first.len()]);
+        for (count, row) in rows.iter().enumerate() {
+            expect_len("numbers of a pose", first.len(), row.len())?;
+            expect_finite("numbers of a pose", row)?;
+            for ((mean, square), x) in mean.iter_mut().zip(&mut squares).zip(row) {
+                let delta = x - *mean;
+                *mean += delta / (count + 1) as f64;
+                *square += delta * (x - *mean);
+            }
+        }
+        let deviation = squares
+            .iter()
+            .map(|s| (s / rows.len() as f64).sqrt().max(1e-6))
+            .collect();
+        let mut reference = Self {
+            mean,
+            deviation,
+            threshold: Score::new(0.0),
+        };
+        let scores: Result<Vec<Score>, Error> = rows.iter().map(|r| reference.score(r)).collect();
+        let mut scores: Vec<f64> = scores?.iter().map(|s| s.value()).collect();
+        scores.sort_by(f64::total_cmp);
+        reference.threshold = Score::new(quantile_sorted(&scores, TRUSTED_SHARE));
+        Ok(reference)
+    }
+
+    /// One in a thousand trusted poses is beyond it.
+    #[must_use]
+    pub fn threshold(&self) -> Score {
+        self.threshold
+    }
+
+    /// Trusted standard deviations by which the most unusual number of a pose is too high.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] for another number of numbers, [`Error::NotFinite`].
+    pub fn score(&self, row: &[f64]) -> Result<Score, Error> {
+        expect_len("numbers of a pose", self.mean.len(), row.len())?;
+        expect_finite("numbers of a pose", row)?;
+        let z = row.iter().zip(&self.mean).zip(&self.deviation);
+        let largest = z
+            .map(|((x, mean), deviation)| (x - mean) / deviation)
+            .fold(0.0, f64::max);
+        Ok(Score::new(largest))
+    }
+
+    /// Checks what a file may have brought in.
+    ///
+    /// # Errors
+    /// [`Error::Shape`], [`Error::NotFinite`], [`Error::Inconsistent`].
+    pub fn validate(&self) -> Result<(), Error> {
+        let columns = self.mean.len();
+        expect_len(
+            "deviations of a pose reference",
+            columns,
+            self.deviation.len(),
+        )?;
+        expect_finite("means of a pose reference", &self.mean)?;
+        expect_finite("deviations of a pose reference", &self.deviation)?;
+        let alone = 2 * CHANNELS;
+        if (columns != alone && columns != alone + BANDS * CHANNELS)
+            || self.deviation.iter().any(|&d| d <= 0.0)
+        {
+            return Err(Error::Inconsistent {
+                part: "pose reference",
+                reason: format!("{columns} numbers a pose, or a deviation that is not positive"),
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Forward steps of 1 m with a ripple; from step `bad` on they are `jump` longer for one step.
+    fn increments(jump: f64) -> Vec<f64> {
+        (0..40)
+            .flat_map(|i| {
+                let ripple = 0.01 * f64::from(i % 3);
+                let extra = if i == 20 { jump } else { 0.0 };
+                [1.0 + ripple + extra, 0., 0., 0., 0., 0.]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_jump_is_found_where_it_is() {
+        let sound = increments(0.0);
+        let sample = |increments| Sample {
+            increments: Some(increments),
+            ..Sample::default()
+        };
+        let reference = PoseReference::fit(&pose_numbers(&sample(&sound)).unwrap()).unwrap();
+        reference.validate().unwrap();
+        let jumped = increments(0.5);
+        let rows = pose_numbers(&sample(&jumped)).unwrap();
+        let scores: Vec<Score> = rows.iter().map(|r| reference.score(r).unwrap()).collect();
+        let beyond: Vec<usize> = (0..scores.len())
+            .filter(|&i| scores[i] > reference.threshold())
+            .collect();
+        assert!(beyond.contains(&20), "{beyond:?}");
+        assert!(beyond.iter().all(|i| (18..=22).contains(i)), "{beyond:?}");
+    }
+
+    #[test]
+    fn denoising_errors_are_smoothed_and_joined() {
+        let mut trace = TraceSummary {
+            length: 8,
+            steps: Vec::new(),
+            residual_q90: Vec::new(),
+            residual_max: Vec::new(),
+            pose_residual: vec![vec![[0.0; CHANNELS]; 8]; BANDS],
+        };
+        trace.pose_residual[2][4][1] = 9.0;
+        let smooth = smoothed_errors(&trace, 7).unwrap();
+        assert_eq!(smooth.len(), 7);
+        // Element 4 of the trace is step 3 of 7; the kernel's centre weighs 3 of 9.
+        let column = 2 * CHANNELS + 1;
+        assert!((smooth[3][column] - 3.0).abs() < 1e-12);
+        assert!((smooth[1][column] - 1.0).abs() < 1e-12);
+        assert_eq!(smooth[0][column], 0.0);
+        assert_eq!(smooth[3][column - 1], 0.0);
+        assert!(smoothed_errors(&trace, 9).is_err());
+    }
+
+    #[test]
+    fn bad_rows_are_refused() {
+        assert!(PoseReference::fit(&[vec![0.0; 12]]).is_err());
+        assert!(PoseReference::fit(&[vec![0.0; 12], vec![f64::NAN; 12]]).is_err());
+        let reference = PoseReference::fit(&[vec![0.0; 12], vec![1.0; 12]]).unwrap();
+        assert!(reference.score(&[0.0; 11]).is_err());
+        assert!(reference.score(&[f64::INFINITY; 12]).is_err());
+        assert_eq!(reference.score(&[1.5; 12]).unwrap().value(), 2.0);
+    }
+}
