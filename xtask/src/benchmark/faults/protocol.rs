@@ -23,18 +23,18 @@ pub enum Part {
     Test,
 }
 
-/// What a log is used for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// What a log is used for, in order of precedence within a group of logs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// Networks are trained on it.
     Network,
-    /// Only densities see it.
-    Density,
     /// Settings are chosen on it.
     Validation,
     /// Nothing but the final test sees it.
     Test,
+    /// Only densities see it.
+    Density,
 }
 
 /// The role of the log at `index` of a set sorted by name.
@@ -48,17 +48,17 @@ pub fn role(letter: char, index: usize, name: &str) -> Role {
     }
 }
 
-/// Roles of all logs of a set; the logs of a group all have that of its first.
+/// Roles of all logs of a set. The logs of a group (one recording) share the first role that any of
+/// them has: a log is tested only where the networks saw none of its group.
 pub fn roles(letter: char, logs: &[Trajectory]) -> Vec<Role> {
     let mut of_group = BTreeMap::new();
-    logs.iter()
-        .enumerate()
-        .map(|(i, log)| {
-            *of_group
-                .entry(log.group.as_str())
-                .or_insert_with(|| role(letter, i, &log.name))
-        })
-        .collect()
+    for (i, log) in logs.iter().enumerate() {
+        let own = role(letter, i, &log.name);
+        let shared = of_group.entry(log.group.as_str()).or_insert(own);
+        *shared = own.min(*shared);
+    }
+    let of = |log: &Trajectory| of_group.get(log.group.as_str()).copied();
+    logs.iter().filter_map(of).collect()
 }
 
 /// One data set at the model's rate.
