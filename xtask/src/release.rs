@@ -1,17 +1,63 @@
 //! `cargo xtask train-release-model`: the weights that ship with the program.
 
+use crate::benchmark::faults::protocol::{Role, role};
+use crate::benchmark::sets;
 use crate::data::DataRoot;
 use anyhow::{Context, Result};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use dose3::backend::Backend;
 use dose3::train::{HoldOut, TrainOptions, train};
 use dose3::{atomic, plot};
-use dose3_datasets::{Kind, LoadOptions, Scaling, load_all};
-use dose3_diffusion::ProcessConfig;
+use dose3_datasets::{Kind, LoadOptions, Scaling, Trajectory, load_all, resample};
 use dose3_diffusion::trainer::{TrainConfig, to_csv};
+use dose3_diffusion::{NoiseSchedule, ProcessConfig};
 use dose3_model::{PairConfig, Precision};
 use std::path::PathBuf;
 use std::time::Instant;
+
+/// Noise levels of the `motion` model over the signal: from the sensors' noise floor to nothing but
+/// noise.
+const LEVELS: NoiseSchedule = NoiseSchedule::LogSigma {
+    first: 0.003,
+    last: 20.0,
+};
+/// Rate of the `motion` model, hertz: that of KITTI, the slowest of the data sets.
+const RATE: f64 = 10.0;
+
+/// Which of the shipped models.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Recipe {
+    /// The paper's windows and schedules, trained on KITTI alone
+    #[default]
+    Paper,
+    /// Body-frame motion at 10 Hz with noise levels even in log sigma, trained on logs of KITTI,
+    /// RobotCar and IROS20
+    Motion,
+}
+
+impl Recipe {
+    fn file(self) -> &'static str {
+        match self {
+            Self::Paper => "crates/cli/weights/kitti-paper.dose3",
+            Self::Motion => "crates/cli/weights/motion.dose3",
+        }
+    }
+
+    /// Optimiser steps of the shipped model.
+    fn steps(self) -> usize {
+        match self {
+            Self::Paper => 12_000,
+            Self::Motion => 4000,
+        }
+    }
+
+    fn diffusion_steps(self) -> usize {
+        match self {
+            Self::Paper => 30,
+            Self::Motion => 24,
+        }
+    }
+}
 
 /// KITTI logs that the shipped networks never see: they are the in-distribution test logs.
 pub const HELD_OUT: [&str; 3] = ["07", "09", "10"];
@@ -19,19 +65,19 @@ pub const HELD_OUT: [&str; 3] = ["07", "09", "10"];
 /// Arguments of `train-release-model`.
 #[derive(Debug, Args)]
 pub struct ReleaseArgs {
+    /// Which model
+    #[arg(long, value_enum, default_value_t)]
+    pub recipe: Recipe,
     /// Folder with the data sets (default: $DOSE3_DATA, else data/)
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
-    /// Model file to write; the log and the loss plot go to docs/training/ under its name
-    #[arg(
-        long,
-        value_name = "FILE",
-        default_value = "crates/cli/weights/kitti-paper.dose3"
-    )]
-    pub out: PathBuf,
-    /// Optimiser steps
-    #[arg(long, default_value_t = 4000)]
-    pub steps: usize,
+    /// Model file to write (default: the shipped one); log and loss plot go to docs/training/ under
+    /// its name
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Optimiser steps (default: those of the shipped model)
+    #[arg(long)]
+    pub steps: Option<usize>,
     /// Windows a step
     #[arg(long, default_value_t = 64)]
     pub batch: usize,
@@ -41,9 +87,9 @@ pub struct ReleaseArgs {
     /// Width multipliers
     #[arg(long, value_delimiter = ',', default_value = "1,2,4")]
     pub multipliers: Vec<usize>,
-    /// Diffusion steps T
-    #[arg(long, default_value_t = 30)]
-    pub diffusion_steps: usize,
+    /// Diffusion steps T (default: paper 30, motion 24)
+    #[arg(long)]
+    pub diffusion_steps: Option<usize>,
     /// Poses a window
     #[arg(long, default_value_t = 128)]
     pub window: usize,
@@ -79,43 +125,90 @@ impl ReleaseArgs {
         args
     }
 
-    /// The settings of the run.
-    pub fn options(&self) -> TrainOptions {
+    /// The model file to write.
+    pub fn out(&self) -> PathBuf {
+        self.out
+            .clone()
+            .unwrap_or_else(|| self.recipe.file().into())
+    }
+
+    /// Optimiser steps.
+    pub fn steps(&self) -> usize {
+        self.steps.unwrap_or(self.recipe.steps())
+    }
+
+    /// The settings of the run; `hold_out` names the validation logs.
+    pub fn options(&self, hold_out: Vec<String>) -> TrainOptions {
+        let (kind, scaling, schedule) = match self.recipe {
+            Recipe::Paper => (Kind::Paper, Scaling::PerWindow, NoiseSchedule::COSINE),
+            Recipe::Motion => (Kind::Motion, Scaling::PerAxis, LEVELS),
+        };
+        let diffusion_steps = self.recipe.diffusion_steps();
         TrainOptions {
-            kind: Kind::Paper,
-            scaling: Scaling::PerWindow,
+            kind,
+            scaling,
             window: self.window,
             network: PairConfig::new(self.width, &self.multipliers),
             process: ProcessConfig {
-                steps: self.diffusion_steps,
+                steps: self.diffusion_steps.unwrap_or(diffusion_steps),
+                translation: schedule,
+                rotation: schedule,
                 ..ProcessConfig::default()
             },
             config: TrainConfig {
-                steps: self.steps,
+                steps: self.steps(),
                 batch: self.batch,
                 seed: self.seed,
                 ..TrainConfig::default()
             },
-            hold_out: HoldOut::Names(HELD_OUT.map(String::from).to_vec()),
+            hold_out: HoldOut::Names(hold_out),
             backend: self.backend,
             threads: self.threads,
-            checkpoint: Some(self.out.with_extension("checkpoint")),
+            checkpoint: Some(self.out().with_extension("checkpoint")),
         }
+    }
+
+    /// The logs to train on, validation logs among them, and the names of those.
+    fn logs(&self) -> Result<(Vec<Trajectory>, Vec<String>)> {
+        let root = DataRoot::find(self.data.as_deref())?;
+        if self.recipe == Recipe::Paper {
+            let logs = load_all(&[root.kitti()?], &LoadOptions::default())?;
+            return Ok((logs, HELD_OUT.map(String::from).to_vec()));
+        }
+        let (mut logs, mut held_out) = (Vec::new(), Vec::new());
+        let sets = sets::real(&root)?;
+        for letter in ['K', 'O', 'I'] {
+            let set = sets
+                .iter()
+                .find(|s| s.letter == letter)
+                .with_context(|| format!("data set {letter} is missing in {}", root.source))?;
+            for (i, log) in set.trajectories.iter().enumerate() {
+                match role(letter, i, &log.name) {
+                    Role::Network => {}
+                    Role::Validation => held_out.push(log.name.clone()),
+                    Role::Density | Role::Test => continue,
+                }
+                logs.push(match log.rate.hertz > RATE * 1.05 {
+                    true => resample(log, RATE)?,
+                    false => log.clone(),
+                });
+            }
+        }
+        Ok((logs, held_out))
     }
 }
 
-/// Trains on KITTI and writes model, log and plot.
+/// Trains on real logs and writes model, log and plot.
 ///
 /// # Errors
-/// Without KITTI, or where training fails.
+/// Without the data, or where training fails.
 pub fn run(args: &ReleaseArgs) -> Result<()> {
-    let kitti = DataRoot::find(args.data.as_deref())?.kitti()?;
-    let trajectories = load_all(&[kitti], &LoadOptions::default())?;
+    let (trajectories, hold_out) = args.logs()?;
     let start = Instant::now();
-    let steps = args.steps;
+    let (steps, out) = (args.steps(), args.out());
     let trained = train(
         &trajectories,
-        &args.options(),
+        &args.options(hold_out),
         &mut |training, validation| {
             println!("{training} training windows, {validation} validation windows");
         },
@@ -136,9 +229,8 @@ pub fn run(args: &ReleaseArgs) -> Result<()> {
     } else {
         Precision::F16
     };
-    trained.model.write(&args.out, precision)?;
-    let name = args
-        .out
+    trained.model.write(&out, precision)?;
+    let name = out
         .file_stem()
         .context("--out names no file")?
         .to_string_lossy();
@@ -151,7 +243,7 @@ pub fn run(args: &ReleaseArgs) -> Result<()> {
     let record = &trained.model.header.training;
     println!(
         "wrote {}; validation: translation {:?}, rotation {:?}; {:.0} s",
-        args.out.display(),
+        out.display(),
         record.translation_validation,
         record.rotation_validation,
         start.elapsed().as_secs_f64()

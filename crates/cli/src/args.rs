@@ -183,18 +183,24 @@ pub struct Train {
 
 #[derive(Debug, ClapArgs)]
 pub struct Fit {
-    /// Model file (default: the built-in model, trained on KITTI)
-    #[arg(long, value_name = "FILE")]
-    pub model: Option<PathBuf>,
+    /// Model file, or a built-in one: `motion` (body-frame motion at 10 Hz) or `paper` (the paper's
+    /// windows, trained on KITTI)
+    #[arg(long, value_name = "FILE|NAME", default_value = "motion")]
+    pub model: PathBuf,
     /// Files or folders with trusted logs
     #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
     pub trusted: Vec<PathBuf>,
     /// Detector file to write
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
-    /// Statistics, joined by +
-    #[arg(long, value_name = "SET", default_value = "paper24")]
-    pub statistics: String,
+    /// Statistics, joined by + for one density and by commas for a density each (default: the best
+    /// measured for a motion model, `paper24` for a paper model)
+    #[arg(long, value_name = "SET")]
+    pub statistics: Option<String>,
+    /// How several densities become one score: joint, fisher, harmonic-mean, maximum (default:
+    /// fisher where the statistics have commas, else joint)
+    #[arg(long, value_name = "NAME")]
+    pub combination: Option<String>,
     /// Density over them: mixture[:N|:auto][:diagonal], kernel[:WIDTH], neighbours[:K]
     #[arg(long, value_name = "DENSITY", default_value = "mixture")]
     pub density: String,
@@ -204,12 +210,13 @@ pub struct Fit {
     /// Poses between the starts of windows
     #[arg(long, value_name = "N", default_value_t = 32)]
     pub stride: usize,
-    /// Diffusion steps visited (default: all of the model's)
+    /// Diffusion steps visited, at most the model's own (default: 12 of a motion model, all of a paper
+    /// model)
     #[arg(long, value_name = "N")]
     pub steps: Option<usize>,
-    /// Noise draws per window, averaged
-    #[arg(long, value_name = "N", default_value_t = 2)]
-    pub draws: usize,
+    /// Noise draws per window, averaged (default: 1 with a motion model, 2 with a paper model)
+    #[arg(long, value_name = "N")]
+    pub draws: Option<usize>,
     /// Every window gets noise of its own (the paper's evaluation) instead of common draws
     #[arg(long)]
     pub own_noise: bool,
@@ -282,9 +289,9 @@ pub struct Inspect {
 
 #[derive(Debug, ClapArgs)]
 pub struct Sample {
-    /// Model file (default: the built-in model, trained on KITTI)
-    #[arg(long, value_name = "FILE")]
-    pub model: Option<PathBuf>,
+    /// Model file, or a built-in one: `motion` or `paper`
+    #[arg(long, value_name = "FILE|NAME", default_value = "motion")]
+    pub model: PathBuf,
     /// Folder for the generated sequences, KITTI format
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,

@@ -6,14 +6,16 @@ use crate::model_file::{LogRecord, Model};
 use anyhow::{Context, Result, bail};
 use dose3_diffusion::ProbeConfig;
 use dose3_model::Precision;
-use dose3_ood::DetectorStatistics;
+use dose3_ood::{DetectorStatistics, PoseReference};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Metadata key of [`DetectorHeader`].
 pub const KEY: &str = "dose3.detector";
 /// Version of [`DetectorHeader`] that this build writes.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
+/// The oldest version that this build reads: version 1 knows nothing of single poses.
+const OLDEST: u32 = 1;
 
 /// What a detector file says beside its model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,6 +33,9 @@ pub struct DetectorHeader {
     pub trusted: Vec<LogRecord>,
     /// Densities and calibration.
     pub statistics: DetectorStatistics,
+    /// What trusted poses look like one by one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poses: Option<PoseReference>,
     /// Version of the software that fitted it.
     pub version: String,
 }
@@ -70,9 +75,9 @@ impl Detector {
         };
         let unreadable = "the detector header cannot be read";
         let version: Version = serde_json::from_str(json).context(unreadable)?;
-        if version.format_version != VERSION {
+        if !(OLDEST..=VERSION).contains(&version.format_version) {
             bail!(
-                "detector format {}, this build reads {VERSION}; update dose3",
+                "detector format {}, this build reads {OLDEST} to {VERSION}; update dose3",
                 version.format_version
             );
         }
@@ -85,6 +90,9 @@ impl Detector {
         }
         if !(header.needs.rate.is_finite() && header.needs.rate > 0.0) {
             bail!("rate {} Hz is not a positive number", header.needs.rate);
+        }
+        if let Some(poses) = &header.poses {
+            poses.validate()?;
         }
         let config = header.statistics.config();
         if (config.draws, config.seed) != (header.probe.draws, header.probe.seed) {

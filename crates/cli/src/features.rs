@@ -2,9 +2,10 @@
 //! a few at a time, so memory does not grow with the log.
 
 use anyhow::{Context, Result, anyhow};
-use dose3_datasets::{Representation, Trajectory, Window, WindowTensor};
+use dose3_datasets::{Frame, Representation, Trajectory, Window, WindowTensor};
 use dose3_diffusion::{Branches, ModelPair, ProbeConfig, Process, rotation_tangents, trace};
 use dose3_lie::{Pose, so3};
+use dose3_ood::localise::pose_numbers;
 use dose3_ood::statistics::{PoseWindow, Sample, StatisticsSet, Trace, TraceSummary};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -97,7 +98,7 @@ impl Extractor<'_> {
                     traces,
                     tangents: rotation_tangents(&tensor.rotation),
                     tensor,
-                    increments: increments(poses),
+                    increments: increments(poses, trajectories[window.trajectory].frame),
                 };
                 visit(chunk_index * at_once + i, data)?;
             }
@@ -119,6 +120,37 @@ impl Extractor<'_> {
         let mut rows = Vec::with_capacity(windows.len());
         self.for_each(trajectories, windows, networks(set), &mut |index, data| {
             rows.push(set.evaluate(&data.sample())?);
+            progress(index + 1);
+            Ok(())
+        })?;
+        Ok(rows)
+    }
+
+    /// As [`Extractor::rows`]; `pose` also hears `(log, pose, numbers)` of every pose in a window but
+    /// the first of each stretch ([`pose_numbers`]), once: from the window in whose middle it lies.
+    ///
+    /// # Errors
+    /// As [`Extractor::rows`], or `pose`'s own error.
+    pub fn rows_and_poses(
+        &mut self,
+        trajectories: &[Trajectory],
+        windows: &[Window],
+        set: &StatisticsSet,
+        pose: &mut dyn FnMut(usize, usize, &[f64]) -> Result<()>,
+        progress: &dyn Fn(usize),
+    ) -> Result<Vec<Vec<f64>>> {
+        let mut rows = Vec::with_capacity(windows.len());
+        self.for_each(trajectories, windows, networks(set), &mut |index, data| {
+            let sample = data.sample();
+            rows.push(set.evaluate(&sample)?);
+            let window = &windows[index];
+            let numbers = pose_numbers(&sample)?;
+            for at in own_poses(windows, index) {
+                // The first pose of a window has no step that leads to it.
+                if let Some(step) = (at - window.start).checked_sub(1) {
+                    pose(window.trajectory, at, &numbers[step])?;
+                }
+            }
             progress(index + 1);
             Ok(())
         })?;
@@ -159,6 +191,22 @@ impl Extractor<'_> {
     }
 }
 
+/// The poses that lie nearer to the middle of window `index` than to that of its neighbours: every
+/// pose that some window holds is in one of these ranges. Windows are in order of log and start.
+fn own_poses(windows: &[Window], index: usize) -> Range<usize> {
+    let window = &windows[index];
+    let end = window.start + window.length;
+    let neighbour = |other: Option<&Window>| {
+        other
+            .filter(|o| o.trajectory == window.trajectory)
+            .filter(|o| o.start < end && window.start < o.start + o.length)
+            .map(|o| (o.start + window.start + window.length) / 2)
+    };
+    let before = index.checked_sub(1).and_then(|i| windows.get(i));
+    let start = neighbour(before).unwrap_or(window.start);
+    start..neighbour(windows.get(index + 1)).unwrap_or(end)
+}
+
 /// The networks that a set needs.
 fn networks(set: &StatisticsSet) -> Option<Branches> {
     set.needs_trace().then(|| match set.needs_rotation_trace() {
@@ -168,15 +216,35 @@ fn networks(set: &StatisticsSet) -> Option<Branches> {
 }
 
 /// Body-frame motion between consecutive poses, `[poses - 1, 6]`: the translation of
-/// `T_i^-1 T_{i+1}` in metres and the logarithm of its rotation in radians.
-pub fn increments(poses: &[Pose]) -> Vec<f64> {
+/// `T_i^-1 T_{i+1}` in metres and the logarithm of its rotation in radians, in forward-left-up axes
+/// where `frame` defines them, else in the body's own.
+pub fn increments(poses: &[Pose], frame: Frame) -> Vec<f64> {
+    let axes = frame.to_forward_left_up();
     poses
         .windows(2)
         .flat_map(|pair| {
             let back = pair[0].rotation.inverse();
-            let t = back * (pair[1].translation - pair[0].translation);
-            let r = so3::log(&(back * pair[1].rotation));
+            let t = axes * (back * (pair[1].translation - pair[0].translation));
+            let r = axes * so3::log(&(back * pair[1].rotation));
             [t.x, t.y, t.z, r.x, r.y, r.z]
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pose_belongs_to_the_window_it_lies_in_the_middle_of() {
+        let at = |trajectory, start| Window {
+            trajectory,
+            start,
+            length: 10,
+        };
+        // Two overlapping windows and one beyond a gap, then another log.
+        let windows = [at(0, 0), at(0, 4), at(0, 30), at(1, 32)];
+        let ranges: Vec<Range<usize>> = (0..4).map(|i| own_poses(&windows, i)).collect();
+        assert_eq!(ranges, [0..7, 7..14, 30..40, 32..42]);
+    }
 }

@@ -6,9 +6,11 @@ use crate::features::Extractor;
 use crate::logs::{Needs, conform};
 use crate::model_file::{LogRecord, Model};
 use anyhow::{Context, Result, bail};
-use dose3_datasets::{Kind, Trajectory, Window, windows_of_each};
+use dose3_datasets::{Frame, Kind, Trajectory, Window, windows_of_each};
 use dose3_diffusion::{NoiseSharing, ProbeConfig, Process};
-use dose3_ood::{DensityConfig, DetectorConfig, DetectorStatistics, StatisticsSet};
+use dose3_ood::{
+    Combination, DensityConfig, DetectorConfig, DetectorStatistics, PoseReference, StatisticsSet,
+};
 use std::collections::BTreeSet;
 
 /// Settings of [`fit`].
@@ -18,6 +20,8 @@ pub struct FitOptions {
     pub statistics: StatisticsSet,
     /// The density over them.
     pub density: DensityConfig,
+    /// How the groups (or blocks) of the statistics become one score.
+    pub combination: Combination,
     /// Share of trusted logs, and of trusted windows, that may be rejected.
     pub alpha: f64,
     /// Poses between the starts of windows.
@@ -34,6 +38,50 @@ pub struct FitOptions {
     pub backend: Backend,
     /// Threads of the engine; 0 for all cores.
     pub threads: usize,
+}
+
+/// What a model is best used with where the user says nothing; measured by
+/// `cargo xtask benchmark --faults --part validation` (docs/METHOD.md).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Defaults {
+    /// The statistics.
+    pub statistics: &'static str,
+    /// Diffusion steps visited; all where `None`.
+    pub steps: Option<usize>,
+    /// Noise draws per window.
+    pub draws: usize,
+}
+
+impl Defaults {
+    /// The paper's statistics for a `paper` model; for a `motion` model kinematics, robust differences
+    /// and denoising errors with a density each.
+    pub fn of(model: &Model) -> Self {
+        match model.header.representation.kind {
+            Kind::Paper => Self {
+                statistics: "paper24",
+                steps: None,
+                draws: 2,
+            },
+            Kind::Motion => Self {
+                statistics: "kinematic,differences,residual+eps-mean",
+                steps: Some(12.min(model.header.process.steps)),
+                draws: 1,
+            },
+        }
+    }
+}
+
+/// The combination by that name; without one Fisher's for statistics in several blocks, else one
+/// joint density.
+///
+/// # Errors
+/// An unknown name.
+pub fn combination(name: Option<&str>, statistics: &StatisticsSet) -> Result<Combination> {
+    Ok(match name {
+        Some(name) => name.parse()?,
+        None if statistics.blocks() > 1 => Combination::Fisher,
+        None => Combination::Joint,
+    })
 }
 
 /// A fitted detector with what the user should know.
@@ -66,11 +114,12 @@ pub fn fit(
         sharing: options.sharing,
     };
     let first = trusted.first().context("no trusted log to fit on")?;
-    // A motion model fixes rate and axes; a paper model takes those of the trusted logs.
-    let (rate, frame) = match header.representation.kind {
-        Kind::Motion => (header.rate, header.frame),
-        Kind::Paper => (first.rate.hertz, first.frame),
+    // A motion model fixes the rate; a paper model takes that of the trusted logs.
+    let rate = match header.representation.kind {
+        Kind::Motion => header.rate,
+        Kind::Paper => first.rate.hertz,
     };
+    let frame = first.frame;
     let needs = Needs {
         representation: header.representation,
         metric: options.statistics.needs_increments(),
@@ -83,11 +132,19 @@ pub fn fit(
         logs.push(t);
         notes.extend(said);
     }
-    let poses = header.representation.kind.poses(header.window);
-    let windows = windows_of_each(&logs, poses, options.stride)?;
+    if header.representation.kind == Kind::Motion && frame == Frame::Sensor {
+        notes.insert(
+            "the body axes of the trusted logs are not known and taken as they are: logs to be judged \
+             must come from the same source (--frame names the axes)"
+                .into(),
+        );
+    }
+    let length = header.representation.kind.poses(header.window);
+    let windows = windows_of_each(&logs, length, options.stride)?;
     let config = DetectorConfig {
         statistics: options.statistics.clone(),
         density: options.density.clone(),
+        combination: options.combination,
         overlap: header.window.div_ceil(options.stride),
         alpha: options.alpha,
         window_alpha: options.alpha,
@@ -105,11 +162,20 @@ pub fn fit(
         representation: header.representation,
     };
     let total = windows.len();
+    let mut poses = Vec::new();
     let rows = extractor
-        .rows(&logs, &windows, &options.statistics, &|done| {
-            progress(done, total)
-        })
+        .rows_and_poses(
+            &logs,
+            &windows,
+            &options.statistics,
+            &mut |_, _, numbers| {
+                poses.push(numbers.to_vec());
+                Ok(())
+            },
+            &|done| progress(done, total),
+        )
         .context("cannot compute the statistics of the trusted logs")?;
+    let poses = PoseReference::fit(&poses)?;
     let (groups, names) = groups(&logs, &windows);
     let statistics = DetectorStatistics::fit(config, &rows, &groups, &names)?;
     let detector = Detector {
@@ -121,6 +187,7 @@ pub fn fit(
             stride: options.stride,
             trusted: logs.iter().map(LogRecord::from).collect(),
             statistics,
+            poses: Some(poses),
             version: env!("CARGO_PKG_VERSION").to_string(),
         },
     };

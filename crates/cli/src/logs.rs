@@ -131,10 +131,10 @@ impl Needs {
         self.metric || self.representation.kind == Kind::Motion
     }
 
+    /// Known axes are compared as they are mapped (forward-left-up where there is a forward axis);
+    /// unknown ones only with logs of the same source.
     fn accepts(&self, frame: Frame) -> bool {
-        // `motion` maps all frames with a known forward axis to one; bare increments do not.
-        let mapped = !self.metric && self.frame.has_forward() && frame.has_forward();
-        frame == self.frame || mapped
+        frame == self.frame || (self.frame != Frame::Sensor && frame != Frame::Sensor)
     }
 }
 
@@ -172,6 +172,13 @@ pub fn conform(trajectory: Trajectory, needs: &Needs) -> Result<(Trajectory, Vec
             trajectory.frame,
             needs.frame
         );
+    }
+    if trajectory.frame.has_forward() != needs.frame.has_forward() {
+        notes.push(format!(
+            "the log is in frame {}, the trusted logs in {}: another kind of body, its axes are \
+             compared as they are",
+            trajectory.frame, needs.frame
+        ));
     }
     if let Some((translation, _)) = needs.representation.scaling.stored() {
         let translation = translation.into_iter().fold(0.0, f64::max);

@@ -7,8 +7,8 @@ use crate::logs::conform;
 use anyhow::{Context, Result};
 use dose3_datasets::{RateSource, Trajectory, Window, windows_of_each};
 use dose3_diffusion::{ModelPair, Process};
-use dose3_ood::Score;
 use dose3_ood::detector::{Contribution, LogVerdict, Rule};
+use dose3_ood::{PoseReference, Score};
 use serde::Serialize;
 
 /// A detector with its networks loaded.
@@ -52,6 +52,23 @@ pub struct Segment {
     pub worst_score: Score,
 }
 
+/// A run of poses that stick out.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PoseSpan {
+    /// First pose of the run.
+    pub first_pose: usize,
+    /// Last pose of the run.
+    pub last_pose: usize,
+    /// Start of the run from the log's start, seconds.
+    pub start_s: f64,
+    /// End of the run from the log's start, seconds.
+    pub end_s: f64,
+    /// The pose that sticks out most.
+    pub worst_pose: usize,
+    /// Its score: trusted standard deviations.
+    pub worst_score: Score,
+}
+
 /// What is said of one log.
 #[derive(Clone, Debug, Serialize)]
 pub struct LogReport {
@@ -89,6 +106,13 @@ pub struct LogReport {
     pub share_p_value: f64,
     /// Where in the log.
     pub segments: Vec<Segment>,
+    /// Runs of poses beyond the pose threshold within these segments, the worst first.
+    pub pose_spans: Vec<PoseSpan>,
+    /// Score beyond which one in a thousand trusted poses is; none in detectors of format 1.
+    pub pose_threshold: Option<Score>,
+    /// Score of every pose: trusted standard deviations; none where no window reaches.
+    #[serde(skip)]
+    pub pose_scores: Vec<Option<Score>>,
     /// Which groups of statistics drove it, the strongest first.
     pub groups: Vec<Contribution>,
     /// What the user should know.
@@ -137,13 +161,16 @@ impl Judge {
             log,
             windows,
             rows,
+            pose_scores,
             mut notes,
         } = self.statistics(log, progress)?;
         let statistics = &self.detector.header.statistics;
         let alpha = alpha.unwrap_or(statistics.config().alpha);
         let verdict = statistics.judge_at(&rows, alpha)?;
         notes.extend(log.report.lines());
-        Ok(report(&log, &windows, verdict, notes))
+        let threshold = self.detector.header.poses.as_ref();
+        let poses = (pose_scores, threshold.map(PoseReference::threshold));
+        Ok(report(&log, &windows, verdict, poses, notes))
     }
 
     fn statistics(&mut self, log: Trajectory, progress: &dyn Fn(usize, usize)) -> Result<Measured> {
@@ -161,13 +188,27 @@ impl Judge {
         };
         let set = &self.detector.header.statistics.config().statistics;
         let total = windows.len();
-        let rows = extractor
-            .rows(logs, &windows, set, &|done| progress(done, total))
-            .with_context(|| format!("log {}", log.name))?;
+        let reference = self.detector.header.poses.as_ref();
+        let mut pose_scores = vec![None; log.poses.len()];
+        let rows = match reference {
+            Some(reference) => extractor.rows_and_poses(
+                logs,
+                &windows,
+                set,
+                &mut |_, pose, numbers| {
+                    pose_scores[pose] = Some(reference.score(numbers)?);
+                    Ok(())
+                },
+                &|done| progress(done, total),
+            ),
+            None => extractor.rows(logs, &windows, set, &|done| progress(done, total)),
+        }
+        .with_context(|| format!("log {}", log.name))?;
         Ok(Measured {
             log,
             windows,
             rows,
+            pose_scores,
             notes,
         })
     }
@@ -178,6 +219,7 @@ struct Measured {
     log: Trajectory,
     windows: Vec<Window>,
     rows: Vec<Vec<f64>>,
+    pose_scores: Vec<Option<Score>>,
     notes: Vec<String>,
 }
 
@@ -185,6 +227,7 @@ fn report(
     log: &Trajectory,
     windows: &[Window],
     verdict: LogVerdict,
+    (pose_scores, pose_threshold): (Vec<Option<Score>>, Option<Score>),
     mut notes: Vec<String>,
 ) -> LogReport {
     let window_reports: Vec<WindowReport> = windows
@@ -204,6 +247,10 @@ fn report(
         })
         .collect();
     notes.extend(verdict.notes);
+    let segments = segments(log, &window_reports);
+    let pose_spans = pose_threshold
+        .map(|threshold| pose_spans(log, &segments, &pose_scores, threshold))
+        .unwrap_or_default();
     LogReport {
         log: log.name.clone(),
         path: log.path.display().to_string(),
@@ -225,7 +272,10 @@ fn report(
         beyond: verdict.beyond,
         share_limit: verdict.share_limit,
         share_p_value: verdict.share_p_value,
-        segments: segments(log, &window_reports),
+        segments,
+        pose_spans,
+        pose_threshold,
+        pose_scores,
         groups: verdict.contributions,
         notes,
         window_reports,
@@ -253,4 +303,46 @@ fn segments(log: &Trajectory, windows: &[WindowReport]) -> Vec<Segment> {
         }
     }
     segments
+}
+
+/// Poses apart by no more than this are one run.
+const SPAN_GAP: usize = 4;
+
+fn pose_spans(
+    log: &Trajectory,
+    segments: &[Segment],
+    scores: &[Option<Score>],
+    threshold: Score,
+) -> Vec<PoseSpan> {
+    let start = log.stamps.first().copied().unwrap_or_default();
+    let seconds = |pose: usize| log.stamps[pose].saturating_sub(start) as f64 * 1e-9;
+    let mut spans: Vec<PoseSpan> = Vec::new();
+    for segment in segments {
+        let mut last: Option<usize> = None;
+        for pose in segment.first_pose..=segment.last_pose {
+            let Some(score) = scores[pose].filter(|s| *s > threshold) else {
+                continue;
+            };
+            match (last, spans.last_mut()) {
+                (Some(last), Some(span)) if pose - last <= SPAN_GAP => {
+                    span.last_pose = pose;
+                    span.end_s = seconds(pose);
+                    if score > span.worst_score {
+                        (span.worst_pose, span.worst_score) = (pose, score);
+                    }
+                }
+                _ => spans.push(PoseSpan {
+                    first_pose: pose,
+                    last_pose: pose,
+                    start_s: seconds(pose),
+                    end_s: seconds(pose),
+                    worst_pose: pose,
+                    worst_score: score,
+                }),
+            }
+            last = Some(pose);
+        }
+    }
+    spans.sort_by(|a, b| b.worst_score.cmp(&a.worst_score));
+    spans
 }

@@ -4,7 +4,9 @@ use crate::atomic;
 use crate::backend::Backend;
 use crate::model_file::{LogRecord, Model, ModelHeader, TrainingRecord, VERSION};
 use anyhow::{Context, Result, anyhow, bail};
-use dose3_datasets::{Kind, Representation, Scaling, Trajectory, Window, split_by_log, windows};
+use dose3_datasets::{
+    Frame, Kind, Representation, Scaling, Trajectory, Window, split_by_log, windows,
+};
 use dose3_diffusion::trainer::{LogRow, TrainConfig, Trainer, WindowSource};
 use dose3_diffusion::{Error as DiffusionError, ProcessConfig};
 use dose3_model::{PairConfig, PairParameters};
@@ -118,7 +120,9 @@ pub fn train(
         .ok_or_else(|| anyhow!("no log to train on"))?;
     let (rate, frame) = (first.rate.hertz, first.frame);
     for t in trajectories {
-        if t.frame != frame {
+        // Increments of known axes are mapped to one frame; unknown ones must be the same for all.
+        let unknown = t.frame == Frame::Sensor || frame == Frame::Sensor;
+        if t.frame != frame && (options.kind == Kind::Paper || unknown) {
             bail!(
                 "log {} is in frame {}, log {} in {frame}: train on one frame",
                 t.name,

@@ -13,7 +13,7 @@ use dose3_datasets::synthetic::{Platform, suite, trajectory};
 use dose3_datasets::{Frame, Representation, write};
 use dose3_diffusion::trainer::TrainConfig;
 use dose3_diffusion::{NoiseSharing, ProcessConfig};
-use dose3_ood::{DensityConfig, StatisticsSet};
+use dose3_ood::{Combination, DensityConfig, StatisticsSet};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -84,6 +84,7 @@ pub fn detector(shape: &Shape, statistics: &str, spending: Spending) -> Result<D
     let options = FitOptions {
         statistics: statistics.parse::<StatisticsSet>()?,
         density: DensityConfig::default(),
+        combination: Combination::Joint,
         alpha: 0.05,
         stride: STRIDE,
         steps: Some(spending.steps),

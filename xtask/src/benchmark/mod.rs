@@ -1,14 +1,14 @@
 //! `cargo xtask benchmark`: the AUROC table of the paper, with honest columns beside it.
 
 mod cells;
-mod faults;
+pub(crate) mod faults;
 mod paper;
 mod report;
-mod sets;
+pub(crate) mod sets;
 
 use crate::data::DataRoot;
 use crate::provenance::{commit, machine, render_into};
-use crate::release::ReleaseArgs;
+use crate::release::{HELD_OUT, ReleaseArgs};
 use anyhow::{Context, Result, bail};
 use cells::{Cell, Fitted, Protocol, Rows};
 use clap::Args;
@@ -381,7 +381,7 @@ fn model(args: &BenchmarkArgs, data: &[DataSet], seed: u64) -> Result<Model> {
         return Model::read(path);
     }
     if !args.retrain {
-        return dose3::built_in::model();
+        return dose3::built_in::paper();
     }
     let set = data
         .iter()
@@ -394,18 +394,19 @@ fn model(args: &BenchmarkArgs, data: &[DataSet], seed: u64) -> Result<Model> {
     };
     let mut release = ReleaseArgs::shipped(seed);
     if let Some(steps) = args.train_steps {
-        release.steps = steps;
+        release.steps = Some(steps);
     }
     release.backend = args.backend;
     release.threads = args.threads;
-    let name = format!("{kind}-{}-seed{seed}.dose3", release.steps);
-    release.out = args.out.join("models").join(name);
-    let mut options = release.options();
+    let name = format!("{kind}-{}-seed{seed}.dose3", release.steps());
+    let out = args.out.join("models").join(name);
+    release.out = Some(out.clone());
+    let mut options = release.options(HELD_OUT.map(String::from).to_vec());
     if set.letter != 'K' {
         options.hold_out = dose3::train::HoldOut::Fraction(0.25);
     }
-    if release.out.exists() {
-        let old = Model::read(&release.out)?;
+    if out.exists() {
+        let old = Model::read(&out)?;
         let (training, validation) =
             dose3::train::split(&set.trajectories, &options.hold_out, seed)?;
         let records = |logs: &[Trajectory]| logs.iter().map(LogRecord::from).collect::<Vec<_>>();
@@ -415,23 +416,20 @@ fn model(args: &BenchmarkArgs, data: &[DataSet], seed: u64) -> Result<Model> {
             && old.header.training.logs == records(&training)
             && old.header.training.validation == records(&validation)
         {
-            println!(
-                "taking up {}, trained by an earlier run",
-                release.out.display()
-            );
+            println!("taking up {}, trained by an earlier run", out.display());
             return Ok(old);
         }
         bail!(
             "{} was trained with other settings or data; remove it to train anew",
-            release.out.display()
+            out.display()
         );
     }
-    let bar = progress(release.steps as u64, "training")?;
+    let bar = progress(release.steps() as u64, "training")?;
     let trained = train(&set.trajectories, &options, &mut |_, _| (), &mut |row| {
         bar.set_position(row.step as u64);
     })?;
     bar.finish_and_clear();
-    trained.model.write(&release.out, Precision::F32)?;
+    trained.model.write(&out, Precision::F32)?;
     Ok(trained.model)
 }
 

@@ -1,22 +1,30 @@
 //! `dose3 fit`
 
-use super::{check_output, count, model_or_built_in, progress, read_options, say};
+use super::{check_output, count, model, progress, read_options, say};
 use crate::args::Fit;
 use anyhow::Result;
-use dose3::fit::{FitOptions, fit};
+use dose3::fit::{Defaults, FitOptions, combination, fit};
 use dose3::logs;
 use dose3_diffusion::NoiseSharing;
+use dose3_ood::StatisticsSet;
 
 pub fn run(args: &Fit) -> Result<()> {
     check_output(&args.out)?;
-    let model = model_or_built_in(args.model.as_deref())?;
+    let model = model(&args.model)?;
+    let defaults = Defaults::of(&model);
+    let statistics: StatisticsSet = args
+        .statistics
+        .as_deref()
+        .unwrap_or(defaults.statistics)
+        .parse()?;
     let options = FitOptions {
-        statistics: args.statistics.parse()?,
+        combination: combination(args.combination.as_deref(), &statistics)?,
+        statistics: statistics.clone(),
         density: args.density.parse()?,
         alpha: args.alpha,
         stride: args.stride,
-        steps: args.steps,
-        draws: args.draws,
+        steps: args.steps.or(defaults.steps),
+        draws: args.draws.unwrap_or(defaults.draws),
         sharing: if args.own_noise {
             NoiseSharing::PerWindow
         } else {
@@ -40,8 +48,7 @@ pub fn run(args: &Fit) -> Result<()> {
     }
     let calibration = fitted.detector.header.statistics.calibration();
     say(&format!(
-        "fitted {} on {} of {} ({} told apart); window threshold {:.3}",
-        args.statistics,
+        "fitted {statistics} on {} of {} ({} told apart); window threshold {:.3}",
         count(fitted.windows, "window"),
         count(logs, "log"),
         calibration.logs,

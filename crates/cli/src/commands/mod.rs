@@ -69,11 +69,12 @@ fn read_options(reading: &Reading) -> ReadOptions {
     }
 }
 
-/// The model of `--model`, or the built-in one.
-fn model_or_built_in(path: Option<&Path>) -> Result<Model> {
-    match path {
-        Some(path) => Model::read(path),
-        None => dose3::built_in::model(),
+/// The built-in model of that name, else the model file.
+fn model(name: &Path) -> Result<Model> {
+    match name.to_str() {
+        Some("motion") => dose3::built_in::motion(),
+        Some("paper") => dose3::built_in::paper(),
+        _ => Model::read(name),
     }
 }
 

@@ -1,13 +1,13 @@
 //! `dose3 sample`
 
-use super::{count, model_or_built_in, say};
+use super::{count, model, say};
 use crate::args::Sample;
 use anyhow::{Context, Result};
 use dose3::{atomic, generate};
 use dose3_datasets::write;
 
 pub fn run(args: &Sample) -> Result<()> {
-    let model = model_or_built_in(args.model.as_deref())?;
+    let model = model(&args.model)?;
     let mut models = args
         .computing
         .backend

@@ -185,6 +185,19 @@ fn text(r: &LogReport, windows: bool) -> String {
         let more = count(r.segments.len() - SHOWN, "more segment");
         let _ = writeln!(out, "              and {more} (--json shows all)");
     }
+    for (i, s) in r.pose_spans.iter().take(SHOWN).enumerate() {
+        let _ = writeln!(
+            out,
+            "  {:<11} {} to {} ({:.1} s to {:.1} s); pose {} by {:.1} trusted deviations",
+            if i == 0 { "poses" } else { "" },
+            s.first_pose,
+            s.last_pose,
+            s.start_s,
+            s.end_s,
+            s.worst_pose,
+            s.worst_score.value()
+        );
+    }
     if r.beyond > 0 {
         for (i, g) in r.groups.iter().take(3).enumerate() {
             let _ = writeln!(

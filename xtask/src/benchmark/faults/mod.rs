@@ -5,7 +5,7 @@ mod alarms;
 mod cells;
 mod methods;
 mod prober;
-mod protocol;
+pub(crate) mod protocol;
 mod report;
 mod summary;
 mod windows;
