@@ -34,6 +34,8 @@ const DEFAULT_SET: &str = "kinematic,differences,residual+eps-mean";
 pub const KINEMATIC: usize = 0;
 /// Index of the raw moments, the other baseline.
 pub const MOMENTS: usize = 1;
+/// Index of the differences row.
+pub const DIFFERENCES: usize = 2;
 /// Index of the default detector.
 pub const DEFAULT: usize = 6;
 
@@ -147,6 +149,7 @@ mod tests {
     fn indices_name_their_rows_and_all_sets_are_known() {
         assert_eq!(METHODS[KINEMATIC].key, "kinematic");
         assert_eq!(METHODS[MOMENTS].key, "moments24");
+        assert_eq!(METHODS[DIFFERENCES].key, "differences");
         assert_eq!(METHODS[DEFAULT].key, "default");
         for method in &METHODS {
             let set: dose3_ood::StatisticsSet = method.statistics.parse().unwrap();

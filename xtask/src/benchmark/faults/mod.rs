@@ -3,11 +3,16 @@
 
 mod alarms;
 mod cells;
+mod controls;
+mod locate;
+mod logs;
 mod methods;
+mod near;
 mod prober;
 pub(crate) mod protocol;
 mod report;
 mod summary;
+mod tables;
 mod windows;
 
 use super::{BenchmarkArgs, progress, sets};
@@ -17,19 +22,24 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use dose3::atomic;
 use dose3::model_file::{LogRecord, Model};
+use dose3_datasets::faults::Fault;
 use dose3_datasets::{Kind, windows as cut_windows};
 use dose3_model::Precision;
 use dose3_ood::DetectorStatistics;
 use dose3_ood::metrics::Bootstrap;
+use locate::Locator;
 use methods::{DEFAULT, KINEMATIC, METHODS, Network, all};
 use prober::{Prober, SetRows, Settings, fit};
 use protocol::{LogSet, Part, faults};
 use std::time::Instant;
+use tables::FOLLOWED;
 
 /// Diffusion steps visited where `--steps` does not say.
 const STEPS: usize = 12;
 /// Noise draws where `--draws` does not say.
 const DRAWS: usize = 1;
+/// Most places a set with --quick.
+const QUICK_SITES: usize = 40;
 
 /// Arguments of `benchmark --faults`.
 #[derive(Debug, Args)]
@@ -47,7 +57,7 @@ pub struct FaultArgs {
     /// Seed of noise, fits and faults
     #[arg(long, default_value_t = 0, requires = "faults")]
     pub seed: u64,
-    /// Parts to run (default: all; --quick leaves out near and logs)
+    /// Parts to run (default: all; --quick leaves out near)
     #[arg(long, value_enum, value_delimiter = ',', requires = "faults")]
     pub only: Vec<Section>,
 }
@@ -55,17 +65,26 @@ pub struct FaultArgs {
 /// A part of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Section {
-    /// Faulty windows against the same places without fault.
+    /// Faulty windows against the same places without fault, and where in them the fault is seen.
     Windows,
+    /// Faults in logs of realistic length.
+    Logs,
+    /// Changes that must stay in distribution.
+    Controls,
     /// Logs judged by detectors fitted on the others.
     Alarms,
     /// Platform against platform.
     Cells,
+    /// Near platforms.
+    Near,
 }
 
 impl BenchmarkArgs {
     fn wants(&self, section: Section) -> bool {
-        self.faults.only.is_empty() || self.faults.only.contains(&section)
+        if self.faults.only.is_empty() {
+            return !(self.quick && section == Section::Near);
+        }
+        self.faults.only.contains(&section)
     }
 }
 
@@ -79,7 +98,8 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
     let commit = commit();
     let models = models(args)?;
     let header = &models[0].header;
-    let (synthetic, sets) = load(args, header.rate)?;
+    let (root, sets) = load(args, header.rate)?;
+    let synthetic = root.is_none();
     let faults = faults(args.faults.part, args.quick);
     let mut runs = Vec::new();
     for (index, model) in models.iter().enumerate() {
@@ -89,7 +109,7 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
         println!("model {} of {}", index + 1, models.len());
         runs.push(one_run(
             args,
-            &sets,
+            (root.as_ref(), &sets),
             &faults,
             model,
             args.faults.seed + index as u64,
@@ -168,8 +188,8 @@ fn models(args: &BenchmarkArgs) -> Result<Vec<Model>> {
     Ok(models)
 }
 
-/// Whether the sets are synthetic, and the sets.
-fn load(args: &BenchmarkArgs, hertz: f64) -> Result<(bool, Vec<LogSet>)> {
+/// The sets, with the folder of real ones; none where they are synthetic.
+fn load(args: &BenchmarkArgs, hertz: f64) -> Result<(Option<DataRoot>, Vec<LogSet>)> {
     let root = match args.synthetic {
         true => None,
         false => DataRoot::find_optional(args.data.as_deref())?,
@@ -180,7 +200,7 @@ fn load(args: &BenchmarkArgs, hertz: f64) -> Result<(bool, Vec<LogSet>)> {
     };
     let synthetic = real.is_empty();
     if synthetic {
-        if let Some(root) = root.filter(|r| r.source != DataRoot::DEFAULT) {
+        if let Some(root) = root.as_ref().filter(|r| r.source != DataRoot::DEFAULT) {
             bail!("{} holds no data set", root.path.display());
         }
         println!("no real data (--data, $DOSE3_DATA, data/): SYNTHETIC data sets, generated here");
@@ -199,13 +219,20 @@ fn load(args: &BenchmarkArgs, hertz: f64) -> Result<(bool, Vec<LogSet>)> {
             bail!("{} has too few logs: none is left to test", set.name);
         }
     }
-    Ok((synthetic, sets))
+    Ok((root.filter(|_| !synthetic), sets))
+}
+
+/// What one model's run works with: a detector a row for every set, and pose scores.
+struct Fitted {
+    rows: Vec<SetRows>,
+    detectors: Vec<Vec<DetectorStatistics>>,
+    locators: Vec<Locator>,
 }
 
 fn one_run(
     args: &BenchmarkArgs,
-    sets: &[LogSet],
-    faults: &[dose3_datasets::faults::Fault],
+    (root, sets): (Option<&DataRoot>, &[LogSet]),
+    faults: &[Fault],
     model: &Model,
     seed: u64,
 ) -> Result<report::Run> {
@@ -225,67 +252,31 @@ fn one_run(
     };
     let mut prober = Prober::new(model, &settings)?;
     let overlap = prober.poses.div_ceil(args.stride);
-    let mut run = report::Run::new(
-        seed,
-        model.to_bytes(Precision::F32, &[])?,
-        trained_on(model, sets, part),
-    );
-
-    let mut rows = Vec::new();
-    let mut detectors: Vec<Vec<DetectorStatistics>> = Vec::new();
-    for set in sets {
-        let windows = cut_windows(&set.logs, prober.poses, args.stride);
-        let bar = progress(passes() * windows.len() as u64, set.name)?;
-        let found = SetRows {
-            rows: prober.rows(&set.logs, &windows, &all(), &|| bar.inc(1))?,
-            windows,
-        };
-        bar.finish_and_clear();
-        let bar = progress(METHODS.len() as u64, "densities")?;
-        let (fitted, groups) = (set.fitted(part), set.groups());
-        let of_set = all()
-            .into_iter()
-            .map(|m| {
-                let trusted = found.select(m, |_, w| fitted.contains(&w.trajectory));
-                let detector = fit(m, &trusted, &groups, overlap, &settings);
-                bar.inc(1);
-                detector.with_context(|| format!("{} cannot be fitted", set.name))
-            })
-            .collect::<Result<_>>()?;
-        bar.finish_and_clear();
-        println!(
-            "{}: {} windows, densities fitted",
-            set.name,
-            found.windows.len()
-        );
-        detectors.push(of_set);
-        rows.push(found);
-    }
+    let bytes = model.to_bytes(Precision::F32, &[])?;
+    let mut run = report::Run::new(seed, &bytes, trained_on(model, sets, part));
+    let fitted = fit_all(args, sets, &settings, &mut prober)?;
     if args.wants(Section::Cells) {
-        run.cells = cells::run(sets, &rows, &detectors, part, bootstrap)?;
+        run.cells = cells::run(sets, &fitted.rows, &fitted.detectors, part, bootstrap)?;
     }
-    if args.wants(Section::Windows) {
-        // Other faults than the tested ones, even where the severity is none to change.
-        let fault_seed = 2 * args.faults.seed + u64::from(part == Part::Validation);
-        for (set, detectors) in sets.iter().zip(&detectors) {
-            let count = if args.quick {
-                args.faults.sites.min(40)
-            } else {
-                args.faults.sites
-            };
-            let sites = windows::sites(&set.logs, &set.tested(part), count);
-            let total = passes() * (sites.len() * (faults.len() + 1)) as u64;
-            let bar = progress(total, "faults")?;
+    for (i, set) in sets.iter().enumerate() {
+        let bar = progress(0, set.name)?;
+        let context = windows::Context {
+            locator: &fitted.locators[i],
+            detectors: &fitted.detectors[i],
+            // Other faults than the tested ones, even where there is no severity to change.
+            seed: 2 * args.faults.seed + u64::from(part == Part::Validation),
+            bootstrap,
+            tick: &|| bar.inc(1),
+        };
+        let tested = set.tested(part);
+        if args.wants(Section::Windows) {
+            let count = if args.quick { QUICK_SITES } else { usize::MAX };
+            let sites = windows::sites(&set.logs, &tested, args.faults.sites.min(count));
+            bar.set_length(passes() * (sites.len() * (faults.len() + 1)) as u64);
             run.sites.push((set.letter, sites.len()));
-            let context = windows::Context {
-                detectors,
-                seed: fault_seed,
-                bootstrap,
-                tick: &|| bar.inc(1),
-            };
-            run.windows
-                .extend(windows::run(set, &sites, faults, &context, &mut prober)?);
-            bar.finish_and_clear();
+            let (cells, poses) = windows::run(set, &sites, faults, &context, &mut prober)?;
+            run.windows.extend(cells);
+            run.poses.extend(poses);
             println!(
                 "{}: {} faults at {} places",
                 set.name,
@@ -293,24 +284,115 @@ fn one_run(
                 sites.len()
             );
         }
+        if args.wants(Section::Logs) {
+            let pieces = logs::pieces(&set.logs, &tested);
+            println!(
+                "{}: {} faults in {} pieces of logs",
+                set.name,
+                faults.len(),
+                pieces.len()
+            );
+            run.logs.extend(logs::run(
+                set,
+                &pieces,
+                faults,
+                &FOLLOWED,
+                &context,
+                &mut prober,
+            )?);
+        }
+        if args.wants(Section::Controls) {
+            let rows = &fitted.rows[i];
+            run.controls.extend(controls::run(
+                set,
+                rows,
+                part,
+                &FOLLOWED,
+                args.stride,
+                &context,
+                &mut prober,
+            )?);
+        }
+        bar.finish_and_clear();
     }
     if args.wants(Section::Alarms) {
         let methods = [KINEMATIC, DEFAULT];
-        for (set, rows) in sets.iter().zip(&rows) {
+        for (set, rows) in sets.iter().zip(&fitted.rows) {
             let groups = set.groups().iter().max().map_or(0, |g| g + 1);
             let bar = progress((methods.len() * groups) as u64, "leave one out")?;
-            run.alarms.extend(alarms::run(
-                set,
-                rows,
-                &methods,
-                overlap,
-                &settings,
-                &|| bar.inc(1),
-            )?);
+            let found = alarms::run(set, rows, &methods, overlap, &settings, &|| bar.inc(1))?;
+            run.alarms.extend(found);
             bar.finish_and_clear();
         }
     }
+    if args.wants(Section::Near) {
+        let of = |letter| {
+            let at = sets.iter().position(|set| set.letter == letter)?;
+            Some((&sets[at], &fitted.rows[at], fitted.detectors[at].as_slice()))
+        };
+        if let (Some((k, k_rows, k_fit)), Some((o, o_rows, o_fit))) = (of('K'), of('O')) {
+            run.near
+                .extend(near::at_equal_speed((k, k_rows), (o, o_rows), k_fit, part)?);
+            run.near
+                .extend(near::at_equal_speed((o, o_rows), (k, k_rows), o_fit, part)?);
+        }
+        if let Some(root) = root {
+            let logs = near::single_logs(root, model.header.rate, &settings, &mut prober)?;
+            run.near.extend(near::run(&logs, of('I'), part)?);
+        }
+    }
     Ok(run)
+}
+
+/// The statistics of all logs, and what is fitted to the trusted ones.
+fn fit_all(
+    args: &BenchmarkArgs,
+    sets: &[LogSet],
+    settings: &Settings,
+    prober: &mut Prober,
+) -> Result<Fitted> {
+    let overlap = prober.poses.div_ceil(args.stride);
+    let (mut all_rows, mut detectors, mut locators) = (Vec::new(), Vec::new(), Vec::new());
+    for set in sets {
+        let fitted = set.fitted(args.faults.part);
+        let windows = cut_windows(&set.logs, prober.poses, args.stride);
+        let bar = progress(passes() * windows.len() as u64, set.name)?;
+        let mut poses = Vec::new();
+        let trusted =
+            |i: usize| i.is_multiple_of(locate::EVERY) && fitted.contains(&windows[i].trajectory);
+        let rows = prober.probe(
+            &set.logs,
+            &windows,
+            &all(),
+            &trusted,
+            &mut |_, numbers| poses.push(numbers),
+            &|| bar.inc(1),
+        )?;
+        bar.finish_and_clear();
+        locators.push(Locator::fit(&poses)?);
+        let rows = SetRows { windows, rows };
+        let bar = progress(METHODS.len() as u64, "densities")?;
+        let groups = set.groups();
+        let of_set = all().into_iter().map(|m| {
+            let trusted = rows.select(m, |_, w| fitted.contains(&w.trajectory));
+            let detector = fit(m, &trusted, &groups, overlap, settings);
+            bar.inc(1);
+            detector.with_context(|| format!("{} cannot be fitted", set.name))
+        });
+        detectors.push(of_set.collect::<Result<Vec<_>>>()?);
+        bar.finish_and_clear();
+        println!(
+            "{}: {} windows, densities fitted",
+            set.name,
+            rows.windows.len()
+        );
+        all_rows.push(rows);
+    }
+    Ok(Fitted {
+        rows: all_rows,
+        detectors,
+        locators,
+    })
 }
 
 /// How often the networks' loop goes over the windows: once more for untrained networks.

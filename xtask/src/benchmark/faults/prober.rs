@@ -8,10 +8,14 @@ use dose3::model_file::Model;
 use dose3_datasets::{Representation, Trajectory, Window};
 use dose3_diffusion::{Branches, ModelPair, NoiseSharing, ProbeConfig, Process};
 use dose3_model::PairParameters;
+use dose3_ood::localise::pose_numbers;
 use dose3_ood::{DensityConfig, DetectorConfig, DetectorStatistics, StatisticsSet};
 
 /// Statistics `[method][window][column]`; empty for methods that were not asked for.
 pub type Rows = Vec<Vec<Vec<f64>>>;
+
+/// Numbers of every pose but the first of a window, see [`pose_numbers`].
+pub type Poses = Vec<Vec<f64>>;
 
 /// Settings that all parts of the run share.
 pub struct Settings {
@@ -68,12 +72,30 @@ impl Prober {
     /// Statistics of `windows` for the `methods` named; `tick` hears of every window done.
     ///
     /// # Errors
-    /// A window that cannot be represented, a failing network.
+    /// As [`Prober::probe`].
     pub fn rows(
         &mut self,
         logs: &[Trajectory],
         windows: &[Window],
         methods: &[usize],
+        tick: &dyn Fn(),
+    ) -> Result<Rows> {
+        let ignore = &mut |_, _| ();
+        self.probe(logs, windows, methods, &|_| false, ignore, tick)
+    }
+
+    /// As [`Prober::rows`]; `visit` is given the pose numbers, by the trained networks, of the
+    /// windows that `wanted` names.
+    ///
+    /// # Errors
+    /// A window that cannot be represented, a failing network.
+    pub fn probe(
+        &mut self,
+        logs: &[Trajectory],
+        windows: &[Window],
+        methods: &[usize],
+        wanted: &dyn Fn(usize) -> bool,
+        visit: &mut dyn FnMut(usize, Poses),
         tick: &dyn Fn(),
     ) -> Result<Rows> {
         let mut rows: Rows = vec![Vec::new(); METHODS.len()];
@@ -82,9 +104,9 @@ impl Prober {
             all.filter(|&m| (METHODS[m].network != Network::Untrained) == trained)
                 .collect()
         };
-        for (models, methods) in [
-            (&mut self.trained, of(true)),
-            (&mut self.untrained, of(false)),
+        for (models, methods, trained) in [
+            (&mut self.trained, of(true), true),
+            (&mut self.untrained, of(false), false),
         ] {
             let sets = distinct(&methods)?;
             if sets.is_empty() {
@@ -98,12 +120,15 @@ impl Prober {
                 representation: self.representation,
             };
             let branches = networks.then_some(Branches::Both);
-            extractor.for_each(logs, windows, branches, &mut |_, data| {
+            extractor.for_each(logs, windows, branches, &mut |index, data| {
                 for (set, methods) in &sets {
                     let row = set.evaluate(&data.sample())?;
                     for &method in methods {
                         rows[method].push(row.clone());
                     }
+                }
+                if trained && wanted(index) {
+                    visit(index, pose_numbers(&data.sample())?);
                 }
                 tick();
                 Ok(())

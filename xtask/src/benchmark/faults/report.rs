@@ -2,9 +2,14 @@
 
 use super::alarms::Alarms;
 use super::cells::SixCell;
+use super::controls::ControlCell;
+use super::locate::PoseCell;
+use super::logs::LogCell;
 use super::methods::{DEFAULT, KINEMATIC, METHODS};
+use super::near::NearCell;
 use super::protocol::{LogSet, Part};
 use super::summary::{self, Line, Summary, mean};
+use super::tables;
 use super::windows::{CUT, FAULT, FaultCell};
 use crate::benchmark::report::{sha256, spread};
 use serde::Serialize;
@@ -92,23 +97,35 @@ pub struct Run {
     pub sites: Vec<(char, usize)>,
     /// Faulty windows.
     pub windows: Vec<FaultCell>,
+    /// Poses of faulty windows.
+    pub poses: Vec<PoseCell>,
+    /// Faulty logs.
+    pub logs: Vec<LogCell>,
+    /// What must stay in distribution.
+    pub controls: Vec<ControlCell>,
     /// Logs left out.
     pub alarms: Vec<Alarms>,
     /// Platform against platform.
     pub cells: Vec<SixCell>,
+    /// Near platforms.
+    pub near: Vec<NearCell>,
 }
 
 impl Run {
     /// Nothing measured yet.
-    pub fn new(seed: u64, model: Vec<u8>, trained_on: Vec<String>) -> Self {
+    pub fn new(seed: u64, model: &[u8], trained_on: Vec<String>) -> Self {
         Self {
             seed,
-            model_sha256: sha256(&model),
+            model_sha256: sha256(model),
             trained_on,
             sites: Vec::new(),
             windows: Vec::new(),
+            poses: Vec::new(),
+            logs: Vec::new(),
+            controls: Vec::new(),
             alarms: Vec::new(),
             cells: Vec::new(),
+            near: Vec::new(),
         }
     }
 }
@@ -120,7 +137,7 @@ pub fn lines(runs: &[Run]) -> Vec<Line> {
 }
 
 /// Mean of some numbers, with their spread where there are several.
-fn show(values: &[f64]) -> String {
+pub fn show(values: &[f64]) -> String {
     match values {
         [] => "–".into(),
         [one] => format!("{one:.3}"),
@@ -153,11 +170,24 @@ impl Report {
             self.summary(&mut out);
             self.faults(&mut out, &lines);
         }
-        if self.runs.iter().any(|run| !run.alarms.is_empty()) {
+        let any = |has: fn(&Run) -> bool| self.runs.iter().any(has);
+        if any(|run| !run.poses.is_empty()) {
+            tables::poses(self, &mut out);
+        }
+        if any(|run| !run.logs.is_empty()) {
+            tables::logs(self, &mut out);
+        }
+        if any(|run| !run.controls.is_empty()) {
+            tables::controls(self, &mut out);
+        }
+        if any(|run| !run.alarms.is_empty()) {
             self.alarms(&mut out);
         }
-        if self.runs.iter().any(|run| !run.cells.is_empty()) {
+        if any(|run| !run.cells.is_empty()) {
             self.cells(&mut out);
+        }
+        if any(|run| !run.near.is_empty()) {
+            tables::near(self, &mut out);
         }
         out
     }

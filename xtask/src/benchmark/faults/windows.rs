@@ -1,7 +1,8 @@
 //! Faults against the same places without them: AUROC of windows.
 
+use super::locate::{Locator, PoseCell};
 use super::methods::{DEFAULT, KINEMATIC, METHODS, all};
-use super::prober::Prober;
+use super::prober::{Poses, Prober};
 use super::protocol::{LogSet, label};
 use anyhow::{Result, bail};
 use dose3_datasets::faults::Fault;
@@ -100,6 +101,8 @@ pub struct FaultCell {
 
 /// What faults are measured with.
 pub struct Context<'a> {
+    /// Pose scores.
+    pub locator: &'a Locator,
     /// One detector a row.
     pub detectors: &'a [DetectorStatistics],
     /// Seed of the faults.
@@ -110,7 +113,7 @@ pub struct Context<'a> {
     pub tick: &'a dyn Fn(),
 }
 
-/// All faults, all rows.
+/// All faults, all rows; and where in the window they are seen.
 ///
 /// # Errors
 /// No place to inject at, a failing network.
@@ -120,7 +123,7 @@ pub fn run(
     faults: &[Fault],
     context: &Context<'_>,
     prober: &mut Prober,
-) -> Result<Vec<FaultCell>> {
+) -> Result<(Vec<FaultCell>, Vec<PoseCell>)> {
     // Dropped poses and a doubled rate shorten a cut by half of the fault's range.
     if prober.poses > CUT - FAULT.len().div_ceil(2) {
         bail!(
@@ -133,12 +136,13 @@ pub fn run(
         .map(|s| cut(&set.logs[s.log], s.start..s.start + CUT))
         .collect();
     let middles = vec![MIDDLE; cuts.len()];
-    let sound = scores(&cuts, &middles, context, prober)?;
+    let (sound, _) = scores(&cuts, &middles, context, prober)?;
     let ids: Vec<usize> = (0..sites.len()).collect();
-    let mut cells = Vec::new();
+    let (mut cells, mut poses) = (Vec::new(), Vec::new());
     for fault in faults {
         let mut faulty = Vec::with_capacity(cuts.len());
         let mut middles = Vec::with_capacity(cuts.len());
+        let mut ranges = Vec::with_capacity(cuts.len());
         for (site, cut) in cuts.iter().enumerate() {
             let seed = context
                 .seed
@@ -151,9 +155,19 @@ pub fn run(
             } else {
                 (affected.start + affected.end) / 2
             });
+            ranges.push(affected);
             faulty.push(injection.trajectory);
         }
-        let found = scores(&faulty, &middles, context, prober)?;
+        let (found, numbers) = scores(&faulty, &middles, context, prober)?;
+        let placed: Vec<(Poses, Range<usize>)> = numbers
+            .into_iter()
+            .zip(ranges)
+            .map(|((start, poses), affected)| {
+                let within = |pose: usize| pose.saturating_sub(start);
+                (poses, within(affected.start)..within(affected.end))
+            })
+            .collect();
+        poses.extend(context.locator.cell(set.letter, label(fault), &placed)?);
         for (m, method) in METHODS.iter().enumerate() {
             let side = |scores| Grouped { scores, logs: &ids };
             let (auroc, interval) = if [KINEMATIC, DEFAULT].contains(&m) {
@@ -172,16 +186,20 @@ pub fn run(
             });
         }
     }
-    Ok(cells)
+    Ok((cells, poses))
 }
 
-/// `[method][cut]`: the score of the window of each cut that is centred on its middle.
+/// First pose of a window in its cut, and its pose numbers.
+type Placed = (usize, Poses);
+
+/// Of the window of each cut that is centred on its middle: scores `[method][cut]`, and first pose
+/// and pose numbers `[cut]`.
 fn scores(
     cuts: &[Trajectory],
     middles: &[usize],
     context: &Context<'_>,
     prober: &mut Prober,
-) -> Result<Vec<Vec<Score>>> {
+) -> Result<(Vec<Vec<Score>>, Vec<Placed>)> {
     let length = prober.poses;
     let windows: Vec<Window> = cuts
         .iter()
@@ -193,13 +211,18 @@ fn scores(
             length,
         })
         .collect();
-    let rows = prober.rows(cuts, &windows, &all(), context.tick)?;
-    context
-        .detectors
-        .iter()
-        .zip(&rows)
-        .map(|(detector, rows)| Ok(detector.window_scores(rows)?))
-        .collect()
+    let mut poses = Vec::with_capacity(cuts.len());
+    let rows = prober.probe(
+        cuts,
+        &windows,
+        &all(),
+        &|_| true,
+        &mut |index, numbers| poses.push((windows[index].start, numbers)),
+        context.tick,
+    )?;
+    let scores = context.detectors.iter().zip(&rows);
+    let scores = scores.map(|(detector, rows)| Ok(detector.window_scores(rows)?));
+    Ok((scores.collect::<Result<_>>()?, poses))
 }
 
 #[cfg(test)]
