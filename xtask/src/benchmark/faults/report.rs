@@ -5,12 +5,12 @@ use super::cells::SixCell;
 use super::controls::ControlCell;
 use super::locate::PoseCell;
 use super::logs::LogCell;
-use super::methods::{DEFAULT, KINEMATIC, METHODS};
+use super::methods::METHODS;
 use super::near::NearCell;
 use super::protocol::{LogSet, Part};
-use super::summary::{self, Line, Summary, mean};
-use super::tables;
-use super::windows::{CUT, FAULT, FaultCell};
+use super::summary::{self, Line, Summary};
+use super::windows::FaultCell;
+use super::{tables, window_tables};
 use crate::benchmark::report::{sha256, spread};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -148,10 +148,6 @@ pub fn show(values: &[f64]) -> String {
     }
 }
 
-fn heads() -> String {
-    METHODS.map(|m| m.key).join(" | ")
-}
-
 impl Report {
     /// The report as Markdown.
     pub fn markdown(&self) -> String {
@@ -167,8 +163,8 @@ impl Report {
         self.head(&mut out);
         let lines = lines(&self.runs);
         if !lines.is_empty() {
-            self.summary(&mut out);
-            self.faults(&mut out, &lines);
+            window_tables::summary(self, &mut out);
+            window_tables::faults(self, &mut out, &lines);
         }
         let any = |has: fn(&Run) -> bool| self.runs.iter().any(has);
         if any(|run| !run.poses.is_empty()) {
@@ -181,10 +177,10 @@ impl Report {
             tables::controls(self, &mut out);
         }
         if any(|run| !run.alarms.is_empty()) {
-            self.alarms(&mut out);
+            tables::alarms(self, &mut out);
         }
         if any(|run| !run.cells.is_empty()) {
-            self.cells(&mut out);
+            tables::cells(self, &mut out);
         }
         if any(|run| !run.near.is_empty()) {
             tables::near(self, &mut out);
@@ -267,187 +263,5 @@ impl Report {
 
     fn of_runs(&self, text: impl Fn(&Run) -> String) -> String {
         self.runs.iter().map(text).collect::<Vec<_>>().join(", ")
-    }
-
-    fn summary(&self, out: &mut String) {
-        let sites: Vec<String> = self.runs.first().map_or(Vec::new(), |run| {
-            let all = run.sites.iter();
-            all.map(|(set, n)| format!("{n} in {set}")).collect()
-        });
-        let _ = writeln!(
-            out,
-            "### Faults in windows: summary\n\n\
-             {} faults and severities, injected into poses {} to {} of cuts of {CUT} poses from \
-             the tested logs ({}; evenly spread over places where the path over the fault's range \
-             is at least a fifth of its median: where a platform stands, freezing, dropping, \
-             reversing or scaling its motion changes nothing). AUROC of the window centred on the \
-             faulty poses against the window of the same cut without fault. `detectable`: some row \
-             reaches {:.1} on the tested logs themselves. `gain`: mean difference to `kinematic` \
-             over detectable faults that it finds at less than .9. `worst`: lowest difference on \
-             any fault; `below`: faults where the row is lower by more than .01, of all faults.\n",
-            self.faults,
-            FAULT.start,
-            FAULT.end - 1,
-            sites.join(", "),
-            summary::DETECTABLE,
-        );
-        let _ = writeln!(
-            out,
-            "| set | row | mean, all | mean, detectable (n) | gain where weak (n) | worst to \
-             kinematic | below | worst to moments24 | below |\n|---|---|---|---|---|---|---|---|---|"
-        );
-        for s in &self.summaries {
-            let set = s.set.map_or_else(|| "all".into(), |set| set.to_string());
-            let gain = s
-                .gain_where_weak
-                .map_or_else(|| "–".into(), |gain| format!("{gain:+.3}"));
-            let _ = writeln!(
-                out,
-                "| {set} | {} | {:.3} | {} ({}) | {gain} ({}) | {:+.3} {} | {} | {:+.3} {} | {} |",
-                s.method,
-                s.mean_all,
-                show(&s.mean_detectable_of_models),
-                s.detectable,
-                s.weak,
-                s.worst_to_kinematic.0,
-                s.worst_to_kinematic.1,
-                s.below_kinematic,
-                s.worst_to_moments.0,
-                s.worst_to_moments.1,
-                s.below_moments,
-            );
-        }
-        out.push('\n');
-    }
-
-    fn faults(&self, out: &mut String, lines: &[Line]) {
-        for set in &self.sets {
-            let _ = writeln!(
-                out,
-                "### Faults in windows: {}\n\nAUROC, mean over models; in brackets for two rows \
-                 the 95 % bootstrap interval over places (first model; neighbouring places share \
-                 poses, so it is somewhat narrow). *Italic*: no row detects it.\n\n| fault | {} |\n\
-                 |---|{}",
-                set.name,
-                heads(),
-                "---|".repeat(METHODS.len())
-            );
-            for line in lines.iter().filter(|line| line.set == set.letter) {
-                let cells: Vec<String> = (0..METHODS.len()).map(|m| self.cell(line, m)).collect();
-                let mark = if line.detectable() { "" } else { "*" };
-                let _ = writeln!(
-                    out,
-                    "| {mark}{}{mark} | {} |",
-                    line.fault,
-                    cells.join(" | ")
-                );
-            }
-            out.push('\n');
-        }
-    }
-
-    fn cell(&self, line: &Line, method: usize) -> String {
-        let Some(value) = mean(&line.auroc[method]) else {
-            return "–".into();
-        };
-        let interval = self.runs.first().and_then(|run| {
-            let mut cells = run.windows.iter();
-            cells
-                .find(|c| {
-                    c.set == line.set && c.fault == line.fault && c.method == METHODS[method].key
-                })?
-                .interval
-        });
-        match interval {
-            Some(i) => format!("{value:.3} ({:.2}–{:.2})", i.lower, i.upper),
-            None => format!("{value:.3}"),
-        }
-    }
-
-    fn alarms(&self, out: &mut String) {
-        let _ = writeln!(
-            out,
-            "### False alarms\n\nEvery log of a set judged at alpha .05 by a detector fitted on \
-             the set's other logs (logs of one group are left out together). Some of the left-out \
-             logs are ones that the networks were trained on. `windows`: share of windows beyond \
-             the window threshold, nominally .05.\n\n\
-             | set | row | logs | called OOD | share | windows | first model: which |\n\
-             |---|---|---|---|---|---|---|"
-        );
-        for method in [KINEMATIC, DEFAULT].map(|m| METHODS[m].key) {
-            let (mut all_logs, mut all_ood) = (0, 0);
-            for set in &self.sets {
-                let of_set: Vec<&Alarms> = self
-                    .runs
-                    .iter()
-                    .flat_map(|run| &run.alarms)
-                    .filter(|a| a.set == set.letter && a.method == method)
-                    .collect();
-                let Some(first) = of_set.first() else {
-                    continue;
-                };
-                let logs: usize = of_set.iter().map(|a| a.logs).sum();
-                let ood: usize = of_set.iter().map(|a| a.ood.len()).sum();
-                let beyond: Vec<f64> = of_set.iter().map(|a| a.windows_beyond).collect();
-                let _ = writeln!(
-                    out,
-                    "| {} | {method} | {logs} | {ood} | {:.3} | {} | {} |",
-                    set.letter,
-                    ood as f64 / logs.max(1) as f64,
-                    show(&beyond),
-                    first.ood.join(", ")
-                );
-                all_logs += logs;
-                all_ood += ood;
-            }
-            let _ = writeln!(
-                out,
-                "| all | {method} | {all_logs} | {all_ood} | **{:.3}** | | |",
-                all_ood as f64 / all_logs.max(1) as f64
-            );
-        }
-        out.push('\n');
-    }
-
-    fn cells(&self, out: &mut String) {
-        let mut columns: Vec<(char, char)> = Vec::new();
-        for (i, a) in self.sets.iter().enumerate() {
-            for b in &self.sets[i + 1..] {
-                columns.extend([(a.letter, b.letter), (b.letter, a.letter)]);
-            }
-        }
-        let names: Vec<String> = columns.iter().map(|(a, b)| format!("{a}/{b}")).collect();
-        let _ = writeln!(
-            out,
-            "### Platform against platform\n\nAUROC. ID/OOD: tested windows of the first set, whose \
-             other logs fit the density, against every second window of all logs of the second.\n\n\
-             | row | {} | mean | lowest |\n|---|{}---|---|",
-            names.join(" | "),
-            "---|".repeat(columns.len())
-        );
-        for method in &METHODS {
-            let values: Vec<Vec<f64>> = columns
-                .iter()
-                .map(|&(id, ood)| {
-                    self.runs
-                        .iter()
-                        .flat_map(|run| &run.cells)
-                        .filter(|c| c.method == method.key && (c.id, c.ood) == (id, ood))
-                        .map(|c| c.auroc.value)
-                        .collect()
-                })
-                .collect();
-            let cells: Vec<String> = values.iter().map(|v| show(v)).collect();
-            let means: Vec<f64> = values.iter().filter_map(|v| mean(v)).collect();
-            let lowest = means.iter().copied().fold(f64::INFINITY, f64::min);
-            let _ = writeln!(
-                out,
-                "| {} | {} | {:.3} | {lowest:.3} |",
-                method.key,
-                cells.join(" | "),
-                mean(&means).unwrap_or(f64::NAN),
-            );
-        }
-        out.push('\n');
     }
 }

@@ -11,6 +11,8 @@ pub const DETECTABLE: f64 = 0.8;
 const STRONG: f64 = 0.9;
 /// Differences below this are not counted as worse.
 const TOLERANCE: f64 = 0.01;
+/// What differences of sums may be off by.
+const ROUNDING: f64 = 1e-9;
 
 /// AUROC of every row on one fault in one set: one number a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,7 +129,7 @@ fn summary(set: Option<char>, method: usize, lines: &[&Line]) -> Summary {
         let mut below = 0;
         for line in lines {
             let difference = line.mean(method) - line.mean(baseline);
-            below += usize::from(difference < -TOLERANCE);
+            below += usize::from(difference < -TOLERANCE - ROUNDING);
             if difference < worst.0 {
                 let at = set.map_or_else(|| format!("{} ", line.set), |_| String::new());
                 worst = (difference, format!("{at}{}", line.fault));

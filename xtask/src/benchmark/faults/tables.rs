@@ -1,5 +1,6 @@
-//! Tables of logs, controls, poses and near platforms.
+//! Tables of everything but faults in windows.
 
+use super::alarms::Alarms;
 use super::logs::{FAULT, LogCell, PIECE, SHORTEST, STRIDE};
 use super::methods::{DEFAULT, DIFFERENCES, KINEMATIC, METHODS, MOMENTS};
 use super::near::NearCell;
@@ -182,6 +183,96 @@ pub fn near(report: &Report, out: &mut String) {
             out,
             "| {id} / {ood} ({id_windows}, {ood_windows}) | {} |",
             cells.join(" | ")
+        );
+    }
+    out.push('\n');
+}
+
+/// False alarms.
+pub fn alarms(report: &Report, out: &mut String) {
+    let _ = writeln!(
+        out,
+        "### False alarms\n\nEvery log of a set judged at alpha .05 by a detector fitted on \
+         the set's other logs (logs of one group are left out together). Some of the left-out \
+         logs are ones that the networks were trained on. `windows`: share of windows beyond \
+         the window threshold, nominally .05.\n\n\
+         | set | row | logs | called OOD | share | windows | first model: which |\n\
+         |---|---|---|---|---|---|---|"
+    );
+    for method in [KINEMATIC, DEFAULT].map(|m| METHODS[m].key) {
+        let (mut all_logs, mut all_ood) = (0, 0);
+        for set in &report.sets {
+            let of_set: Vec<&Alarms> = report
+                .runs
+                .iter()
+                .flat_map(|run| &run.alarms)
+                .filter(|a| a.set == set.letter && a.method == method)
+                .collect();
+            let Some(first) = of_set.first() else {
+                continue;
+            };
+            let logs: usize = of_set.iter().map(|a| a.logs).sum();
+            let ood: usize = of_set.iter().map(|a| a.ood.len()).sum();
+            let beyond: Vec<f64> = of_set.iter().map(|a| a.windows_beyond).collect();
+            let _ = writeln!(
+                out,
+                "| {} | {method} | {logs} | {ood} | {:.3} | {} | {} |",
+                set.letter,
+                ood as f64 / logs.max(1) as f64,
+                show(&beyond),
+                first.ood.join(", ")
+            );
+            all_logs += logs;
+            all_ood += ood;
+        }
+        let _ = writeln!(
+            out,
+            "| all | {method} | {all_logs} | {all_ood} | **{:.3}** | | |",
+            all_ood as f64 / all_logs.max(1) as f64
+        );
+    }
+    out.push('\n');
+}
+
+/// Platform against platform.
+pub fn cells(report: &Report, out: &mut String) {
+    let mut columns: Vec<(char, char)> = Vec::new();
+    for (i, a) in report.sets.iter().enumerate() {
+        for b in &report.sets[i + 1..] {
+            columns.extend([(a.letter, b.letter), (b.letter, a.letter)]);
+        }
+    }
+    let names: Vec<String> = columns.iter().map(|(a, b)| format!("{a}/{b}")).collect();
+    let _ = writeln!(
+        out,
+        "### Platform against platform\n\nAUROC. ID/OOD: tested windows of the first set, whose \
+         other logs fit the density, against every second window of all logs of the second.\n\n\
+         | row | {} | mean | lowest |\n|---|{}---|---|",
+        names.join(" | "),
+        "---|".repeat(columns.len())
+    );
+    for method in &METHODS {
+        let values: Vec<Vec<f64>> = columns
+            .iter()
+            .map(|&(id, ood)| {
+                report
+                    .runs
+                    .iter()
+                    .flat_map(|run| &run.cells)
+                    .filter(|c| c.method == method.key && (c.id, c.ood) == (id, ood))
+                    .map(|c| c.auroc.value)
+                    .collect()
+            })
+            .collect();
+        let cells: Vec<String> = values.iter().map(|v| show(v)).collect();
+        let means: Vec<f64> = values.iter().filter_map(|v| mean(v)).collect();
+        let lowest = means.iter().copied().fold(f64::INFINITY, f64::min);
+        let _ = writeln!(
+            out,
+            "| {} | {} | {:.3} | {lowest:.3} |",
+            method.key,
+            cells.join(" | "),
+            mean(&means).unwrap_or(f64::NAN),
         );
     }
     out.push('\n');
