@@ -164,7 +164,7 @@ fn command() -> String {
 
 fn models(args: &BenchmarkArgs) -> Result<Vec<Model>> {
     if args.model.is_empty() {
-        bail!("--faults needs --model FILE[,FILE...]: motion models, one for each training seed");
+        return Ok(vec![dose3::built_in::motion()?]);
     }
     let models: Vec<Model> = args
         .model
