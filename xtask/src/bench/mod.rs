@@ -86,7 +86,7 @@ pub struct BenchArgs {
     /// Diffusion steps of a score
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "10")]
     pub score_steps: Vec<usize>,
-    /// Noise draws of a score (`fit` takes 2 where none are asked for)
+    /// Noise draws of a score (`fit` takes 2 for a `paper` model, 1 for a `motion` model)
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "2,1")]
     pub score_draws: Vec<usize>,
     /// Times that a log is scored
