@@ -35,7 +35,7 @@ fn scores(detector: &str, log: &str, backend: &str) -> Vec<f64> {
 fn burn_backends_score_as_the_engine_does() {
     let folder = tempfile::tempdir().expect("a folder");
     let trusted = folder.path().join("trusted");
-    let logs = write_logs(&trusted, Platform::Vehicle, 4, 400);
+    let logs = write_logs(&trusted, Platform::Vehicle, 4, 800);
     let detector = folder.path().join("detector.dose3").display().to_string();
     let fit = dose3([
         "fit",

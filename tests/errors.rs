@@ -104,11 +104,11 @@ fn damaged_detectors_are_refused() {
     check(&broken, "not finite");
     // A version from the future.
     let find = |needle: &[u8]| bytes.windows(needle.len()).position(|w| w == needle);
-    let needle = br#"dose3.detector":"{\"format_version\":1"#;
+    let needle = br#"dose3.detector":"{\"format_version\":2"#;
     let at = find(needle).expect("the version stands in the header") + needle.len() - 1;
     let mut future = bytes.clone();
     future[at] = b'9';
-    check(&future, "this build reads 1");
+    check(&future, "this build reads 1 to 2");
     // A model is no detector.
     let model = text(&folder.path().join("model.dose3"));
     refused(["score", "--detector", &model, &log], &["dose3 fit"]);
@@ -134,14 +134,20 @@ fn a_motion_model_refuses_what_does_not_fit_and_names_the_flag() {
         args.extend(extra);
         dose3(args)
     };
+    // Unknown axes are taken as they are among themselves, with a note.
     let unknown_axes = fit(&[]);
-    expect_code(&unknown_axes, 2);
+    expect_code(&unknown_axes, 0);
     assert!(
         stderr(&unknown_axes).contains("--frame"),
         "{}",
         stderr(&unknown_axes)
     );
     expect_code(&fit(&["--frame", "body-flu"]), 0);
+    let same = text(&folder.path().join("train/vehicle_0.txt"));
+    refused(
+        ["score", "--detector", &out, &same],
+        &["frame sensor, expected body-flu", "--frame"],
+    );
 
     let log = |name: &str, hertz: f64, poses: usize| {
         let path = folder.path().join(name);

@@ -327,6 +327,8 @@ fn samples_are_logs_that_can_be_read() {
     let out = folder.path().join("samples");
     let run = dose3([
         "sample",
+        "--model",
+        "paper",
         "--out",
         &text(&out),
         "--count",
@@ -340,6 +342,12 @@ fn samples_are_logs_that_can_be_read() {
     let value: serde_json::Value = serde_json::from_str(&stdout(&inspect)).expect("JSON");
     assert_eq!(value.as_array().map(Vec::len), Some(2));
     assert_eq!(value[0]["poses"], 128);
+    // Increments of a motion model lead from a first pose to the others.
+    let out = folder.path().join("motion");
+    expect_code(&dose3(["sample", "--out", &text(&out), "--count", "1"]), 0);
+    let inspect = dose3(["inspect", &text(&out), "--format", "kitti", "--json"]);
+    let value: serde_json::Value = serde_json::from_str(&stdout(&inspect)).expect("JSON");
+    assert_eq!(value[0]["poses"], 129);
 }
 
 #[test]

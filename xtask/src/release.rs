@@ -15,12 +15,6 @@ use dose3_model::{PairConfig, Precision};
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Noise levels of the `motion` model over the signal: from the sensors' noise floor to nothing but
-/// noise.
-const LEVELS: NoiseSchedule = NoiseSchedule::LogSigma {
-    first: 0.003,
-    last: 20.0,
-};
 /// Rate of the `motion` model, hertz: that of KITTI, the slowest of the data sets.
 const RATE: f64 = 10.0;
 
@@ -141,7 +135,7 @@ impl ReleaseArgs {
     pub fn options(&self, hold_out: Vec<String>) -> TrainOptions {
         let (kind, scaling, schedule) = match self.recipe {
             Recipe::Paper => (Kind::Paper, Scaling::PerWindow, NoiseSchedule::COSINE),
-            Recipe::Motion => (Kind::Motion, Scaling::PerAxis, LEVELS),
+            Recipe::Motion => (Kind::Motion, Scaling::PerAxis, NoiseSchedule::LOG_SIGMA),
         };
         let diffusion_steps = self.recipe.diffusion_steps();
         TrainOptions {

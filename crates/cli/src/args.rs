@@ -98,6 +98,8 @@ pub enum Protocol {
 pub enum ScheduleName {
     Cosine,
     Linear,
+    /// Ratios of noise to signal from 0.003 to 20, evenly spaced in their logarithm
+    LogSigma,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -145,12 +147,12 @@ pub struct Train {
     /// Diffusion steps T
     #[arg(long, value_name = "T", default_value_t = 30)]
     pub diffusion_steps: usize,
-    /// Noise schedule of the translations
-    #[arg(long, value_enum, default_value = "cosine")]
-    pub translation_schedule: ScheduleName,
-    /// Noise schedule of the rotations (the authors' code: linear)
-    #[arg(long, value_enum, default_value = "cosine")]
-    pub rotation_schedule: ScheduleName,
+    /// Noise schedule of the translations (default: cosine, log-sigma with --protocol motion)
+    #[arg(long, value_enum)]
+    pub translation_schedule: Option<ScheduleName>,
+    /// Noise schedule of the rotations (default: as for translations; the authors' code: linear)
+    #[arg(long, value_enum)]
+    pub rotation_schedule: Option<ScheduleName>,
     /// Noise of the rotations
     #[arg(long, value_enum, default_value = "tangent")]
     pub rotation_noise: RotationNoiseName,

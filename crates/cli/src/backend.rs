@@ -1,6 +1,6 @@
 //! Where the networks run.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use dose3_diffusion::ModelPair;
 use dose3_engine::{Engine, EngineOptions};
 use dose3_model::{NoiseModel, PairParameters, Parameters};
@@ -73,13 +73,32 @@ impl Backend {
         })
     }
 
+    /// The feature that builds this backend in, and whether this build has it.
+    fn feature(self) -> (&'static str, bool) {
+        match self {
+            Self::Engine => ("", true),
+            Self::BurnFlex => ("flex", cfg!(feature = "flex")),
+            Self::Ndarray => ("ndarray", cfg!(feature = "ndarray")),
+            Self::Wgpu => ("wgpu", cfg!(feature = "wgpu")),
+            Self::Cuda => ("cuda", cfg!(feature = "cuda")),
+        }
+    }
+
+    fn load_burn(self, parameters: &Parameters) -> Result<Box<dyn NoiseModel>> {
+        let (feature, built) = self.feature();
+        if !built {
+            bail!("this build lacks backend {self}; rebuild with `--features {feature}`");
+        }
+        self.build_burn(parameters)
+    }
+
     #[cfg(any(
         feature = "flex",
         feature = "ndarray",
         feature = "wgpu",
         feature = "cuda"
     ))]
-    fn load_burn(self, parameters: &Parameters) -> Result<Box<dyn NoiseModel>> {
+    fn build_burn(self, parameters: &Parameters) -> Result<Box<dyn NoiseModel>> {
         use dose3_model::burn_unet::{Backend as Burn, BurnModel};
         let backend = match self {
             Self::Engine | Self::BurnFlex => Burn::Flex,
@@ -96,15 +115,7 @@ impl Backend {
         feature = "wgpu",
         feature = "cuda"
     )))]
-    fn load_burn(self, _: &Parameters) -> Result<Box<dyn NoiseModel>> {
-        let feature = if self == Self::BurnFlex {
-            "flex".into()
-        } else {
-            self.to_string()
-        };
-        anyhow::bail!(
-            "this build has the built-in engine only; for backend {self} rebuild with \
-             `--features {feature}`"
-        )
+    fn build_burn(self, _: &Parameters) -> Result<Box<dyn NoiseModel>> {
+        bail!("this build has the built-in engine only")
     }
 }

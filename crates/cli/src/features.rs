@@ -52,6 +52,9 @@ impl WindowData {
     }
 }
 
+/// Hears the index of a log, a pose of it, and the pose's numbers.
+pub type PoseVisitor<'a> = &'a mut dyn FnMut(usize, usize, &[f64]) -> Result<()>;
+
 impl Extractor<'_> {
     /// Calls `visit` with every window in order; `networks` tells which of them run, if any.
     ///
@@ -136,7 +139,7 @@ impl Extractor<'_> {
         trajectories: &[Trajectory],
         windows: &[Window],
         set: &StatisticsSet,
-        pose: &mut dyn FnMut(usize, usize, &[f64]) -> Result<()>,
+        pose: PoseVisitor<'_>,
         progress: &dyn Fn(usize),
     ) -> Result<Vec<Vec<f64>>> {
         let mut rows = Vec::with_capacity(windows.len());

@@ -104,6 +104,8 @@ pub struct LogReport {
     pub share_limit: Option<f64>,
     /// Chance of such a share, or a higher one, in a log like the trusted ones.
     pub share_p_value: f64,
+    /// Chance of so bad a worst window in a log like the trusted ones.
+    pub worst_p_value: f64,
     /// Where in the log.
     pub segments: Vec<Segment>,
     /// Runs of poses beyond the pose threshold within these segments, the worst first.
@@ -272,6 +274,7 @@ fn report(
         beyond: verdict.beyond,
         share_limit: verdict.share_limit,
         share_p_value: verdict.share_p_value,
+        worst_p_value: verdict.worst_p_value,
         segments,
         pose_spans,
         pose_threshold,
@@ -319,8 +322,9 @@ fn pose_spans(
     let mut spans: Vec<PoseSpan> = Vec::new();
     for segment in segments {
         let mut last: Option<usize> = None;
-        for pose in segment.first_pose..=segment.last_pose {
-            let Some(score) = scores[pose].filter(|s| *s > threshold) else {
+        let poses = scores.iter().enumerate().take(segment.last_pose + 1);
+        for (pose, score) in poses.skip(segment.first_pose) {
+            let Some(score) = score.filter(|s| *s > threshold) else {
                 continue;
             };
             match (last, spans.last_mut()) {
@@ -343,6 +347,6 @@ fn pose_spans(
             last = Some(pose);
         }
     }
-    spans.sort_by(|a, b| b.worst_score.cmp(&a.worst_score));
+    spans.sort_by_key(|span| std::cmp::Reverse(span.worst_score));
     spans
 }

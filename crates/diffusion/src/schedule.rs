@@ -42,6 +42,12 @@ impl NoiseSchedule {
         last: 0.02,
     };
 
+    /// From far below what a sensor resolves, at data of unit size, to nothing but noise.
+    pub const LOG_SIGMA: Self = Self::LogSigma {
+        first: 0.003,
+        last: 20.0,
+    };
+
     fn betas(self, steps: usize) -> Vec<f64> {
         match self {
             Self::LogSigma { first, last } => {

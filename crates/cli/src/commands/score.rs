@@ -157,6 +157,13 @@ fn text(r: &LogReport, windows: bool) -> String {
                 .map(|w| w.p_value)
                 .fold(0.0, f64::max)
         ),
+        Rule::Worst => writeln!(
+            out,
+            "  decided by  its worst window: chance {:.2e} in a trusted log of {} windows, limit {}",
+            r.worst_p_value,
+            r.windows,
+            alpha / 2.0
+        ),
     };
     let _ = writeln!(
         out,

@@ -97,9 +97,9 @@ fn finish(args: &Train, bar: &ProgressBar, trained: &dose3::train::Trained) -> R
 }
 
 fn options(args: &Train) -> TrainOptions {
-    let (kind, scaling) = match args.protocol {
-        Protocol::Paper => (Kind::Paper, Scaling::PerWindow),
-        Protocol::Motion => (Kind::Motion, Scaling::PerDataset),
+    let (kind, scaling, usual) = match args.protocol {
+        Protocol::Paper => (Kind::Paper, Scaling::PerWindow, ScheduleName::Cosine),
+        Protocol::Motion => (Kind::Motion, Scaling::PerAxis, ScheduleName::LogSigma),
     };
     let hold_out = match args.hold_out.as_slice() {
         [] => HoldOut::Fraction(0.15),
@@ -113,8 +113,8 @@ fn options(args: &Train) -> TrainOptions {
         network: PairConfig::new(args.width, &args.multipliers),
         process: ProcessConfig {
             steps: args.diffusion_steps,
-            translation: schedule(args.translation_schedule),
-            rotation: schedule(args.rotation_schedule),
+            translation: schedule(args.translation_schedule.unwrap_or(usual)),
+            rotation: schedule(args.rotation_schedule.unwrap_or(usual)),
             rotation_process: match args.rotation_process {
                 RotationProcessName::Group => RotationProcess::Group,
                 RotationProcessName::Tangent => RotationProcess::Tangent,
@@ -142,6 +142,7 @@ fn schedule(name: ScheduleName) -> NoiseSchedule {
     match name {
         ScheduleName::Cosine => NoiseSchedule::COSINE,
         ScheduleName::Linear => NoiseSchedule::LINEAR,
+        ScheduleName::LogSigma => NoiseSchedule::LOG_SIGMA,
     }
 }
 

@@ -12,6 +12,11 @@
 //!    the threshold), or where all windows overlap and are one window to both, the log is OOD if each
 //!    of its windows has a p-value of at most alpha ([`Rule::Window`]): all windows are beyond no more
 //!    often than the first one is.
+//!
+//! A fault of a few seconds in a long log moves neither mean nor share. So a log that passes is also OOD
+//! where its worst window is beyond every held-out trusted window, and one that a log of its length has with
+//! a chance of at most alpha / 2 ([`Rule::Worst`]): `1 - (1 - p)^n` for n windows that share no poses, p
+//! from the exponential tail of the held-out window scores.
 
 use super::DetectorStatistics;
 use crate::calibration::{Reference, thin_down};
@@ -20,6 +25,9 @@ use crate::folds::Unit;
 use crate::score::Score;
 use crate::statistics::quantile_sorted;
 use serde::{Deserialize, Serialize};
+
+/// Share of alpha that the worst window has.
+const WORST_SHARE: f64 = 0.5;
 
 /// What decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,6 +39,8 @@ pub enum Rule {
     Share,
     /// The p-value of every single window.
     Window,
+    /// The worst window, where the rules above let the log pass.
+    Worst,
 }
 
 /// The verdict on one log, with what it rests on.
@@ -63,6 +73,9 @@ pub struct LogVerdict {
     pub share_p_value: f64,
     /// From this share on the log is OOD by [`Rule::Share`]; none where no share is rare enough.
     pub share_limit: Option<f64>,
+    /// Chance that a log like the trusted ones, of this length, has such a worst window: a model, see
+    /// [`Rule::Worst`].
+    pub worst_p_value: f64,
     /// Score of each window.
     pub window_scores: Vec<Score>,
     /// p-value of each window among held-out trusted windows.
@@ -130,10 +143,19 @@ pub(super) fn judge(
     } else {
         Rule::Window
     };
-    let ood = match rule {
+    let rejected = match rule {
         Rule::PValue => p_value <= alpha,
         Rule::Share => share_p_value <= alpha,
-        Rule::Window => window_p_values.iter().all(|&p| p <= alpha),
+        Rule::Window | Rule::Worst => window_p_values.iter().all(|&p| p <= alpha),
+    };
+    let worst_p_value = worst_p_value(&calibration.windows, &window_scores, thin_windows);
+    // Beyond every held-out window, too: the tail's shape alone must not condemn a log.
+    let worst = window_scores.iter().max() > calibration.windows.scores().last()
+        && matches!(rule, Rule::PValue | Rule::Share)
+        && worst_p_value <= WORST_SHARE * alpha;
+    let (rule, ood) = match rejected {
+        false if worst => (Rule::Worst, true),
+        _ => (rule, rejected),
     };
     let notes = notes(detector, alpha, rule, windows, thin_windows, fewest);
     Ok(LogVerdict {
@@ -149,11 +171,18 @@ pub(super) fn judge(
         share_beyond: beyond as f64 / windows as f64,
         share_p_value,
         share_limit,
+        worst_p_value,
         contributions: contributions(detector, scored, threshold),
         window_scores,
         window_p_values,
         notes,
     })
+}
+
+/// `1 - (1 - p)^n` of the highest score, without cancellation.
+fn worst_p_value(reference: &Reference, scores: &[Score], thin_windows: usize) -> f64 {
+    let worst = scores.iter().max().map_or(0.0, |&s| reference.ln_p(s));
+    -(thin_windows as f64 * (-worst.exp()).ln_1p()).exp_m1()
 }
 
 fn notes(

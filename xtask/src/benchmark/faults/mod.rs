@@ -138,10 +138,11 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
     atomic::write(&args.out.join("faults.md"), markdown.as_bytes())?;
     println!("\n{markdown}\nwrote {} and faults.md", json.display());
     if let Some(path) = &args.render {
-        let name = if synthetic {
-            "faults-synthetic"
-        } else {
-            "faults"
+        // A run without windows has a place of its own: the other one may be of several models.
+        let name = match (synthetic, args.wants(Section::Windows)) {
+            (true, _) => "faults-synthetic",
+            (false, true) => "faults",
+            (false, false) => "faults-logs",
         };
         render_into(path, &markdown, name)?;
         println!("updated {}", path.display());
