@@ -65,7 +65,7 @@ pub struct PoseSpan {
     pub end_s: f64,
     /// The pose that sticks out most.
     pub worst_pose: usize,
-    /// Its score: trusted standard deviations.
+    /// Its score: 1 is what one trusted pose in a thousand reaches.
     pub worst_score: Score,
 }
 
@@ -112,7 +112,7 @@ pub struct LogReport {
     pub pose_spans: Vec<PoseSpan>,
     /// Score beyond which one in a thousand trusted poses is; none in detectors of format 1.
     pub pose_threshold: Option<Score>,
-    /// Score of every pose: trusted standard deviations; none where no window reaches.
+    /// Score of every pose; none where no window reaches.
     #[serde(skip)]
     pub pose_scores: Vec<Option<Score>>,
     /// Which groups of statistics drove it, the strongest first.

@@ -3,8 +3,9 @@
 //! A window's score says that something is wrong among its poses; a user wants to know where. Every pose
 //! gets numbers from the same forward passes and the same increments as the statistics: per axis the log
 //! denoising error in each noise band, smoothed over five poses, and the log size of the first and second
-//! difference of the increment that leads to it. Each number is measured in trusted standard deviations,
-//! and the pose's score is the largest of them.
+//! difference of the increment that leads to it. Each number is measured from its trusted mean, in units of
+//! what one trusted pose in a thousand reaches, because some of them have far heavier tails than others; the
+//! pose's score is the largest of them.
 
 use crate::error::{Error, expect_finite, expect_len};
 use crate::score::Score;
@@ -19,6 +20,8 @@ const SQUARE_FLOOR: f64 = 1e-9;
 const DIFFERENCE_FLOOR: f64 = 1e-5;
 /// Share of the trusted poses below the pose threshold.
 const TRUSTED_SHARE: f64 = 0.999;
+/// A number that hardly varies among trusted poses reaches at least this far.
+const SMALLEST_REACH: f64 = 1e-3;
 
 /// What trusted poses look like.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,8 +29,8 @@ const TRUSTED_SHARE: f64 = 0.999;
 pub struct PoseReference {
     /// Mean of each number over trusted poses.
     mean: Vec<f64>,
-    /// Standard deviation of each.
-    deviation: Vec<f64>,
+    /// How far above it one trusted pose in a thousand is.
+    reach: Vec<f64>,
     /// Trusted poses beyond it: one in a thousand.
     threshold: Score,
 }
@@ -131,23 +134,22 @@ impl PoseReference {
                 hint: "a spread needs two poses",
             });
         };
-        let (mut mean, mut squares) = (vec![0.0; first.len()], vec![0.0; first.len()]);
-        for (count, row) in rows.iter().enumerate() {
+        for row in rows {
             expect_len("numbers of a pose", first.len(), row.len())?;
             expect_finite("numbers of a pose", row)?;
-            for ((mean, square), x) in mean.iter_mut().zip(&mut squares).zip(row) {
-                let delta = x - *mean;
-                *mean += delta / (count + 1) as f64;
-                *square += delta * (x - *mean);
-            }
         }
-        let deviation = squares
-            .iter()
-            .map(|s| (s / rows.len() as f64).sqrt().max(1e-6))
-            .collect();
+        let (mean, reach) = (0..first.len())
+            .map(|column| {
+                let mut values: Vec<f64> = rows.iter().map(|row| row[column]).collect();
+                values.sort_by(f64::total_cmp);
+                let mean = values.iter().sum::<f64>() / values.len() as f64;
+                let reach = quantile_sorted(&values, TRUSTED_SHARE) - mean;
+                (mean, reach.max(SMALLEST_REACH))
+            })
+            .unzip();
         let mut reference = Self {
             mean,
-            deviation,
+            reach,
             threshold: Score::new(0.0),
         };
         let scores: Result<Vec<Score>, Error> = rows.iter().map(|r| reference.score(r)).collect();
@@ -163,16 +165,17 @@ impl PoseReference {
         self.threshold
     }
 
-    /// Trusted standard deviations by which the most unusual number of a pose is too high.
+    /// By how much the most unusual number of a pose is too high: 1 is what one trusted pose in a thousand
+    /// reaches in that number.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of numbers, [`Error::NotFinite`].
     pub fn score(&self, row: &[f64]) -> Result<Score, Error> {
         expect_len("numbers of a pose", self.mean.len(), row.len())?;
         expect_finite("numbers of a pose", row)?;
-        let z = row.iter().zip(&self.mean).zip(&self.deviation);
-        let largest = z
-            .map(|((x, mean), deviation)| (x - mean) / deviation)
+        let columns = row.iter().zip(&self.mean).zip(&self.reach);
+        let largest = columns
+            .map(|((x, mean), reach)| (x - mean) / reach)
             .fold(0.0, f64::max);
         Ok(Score::new(largest))
     }
@@ -183,20 +186,16 @@ impl PoseReference {
     /// [`Error::Shape`], [`Error::NotFinite`], [`Error::Inconsistent`].
     pub fn validate(&self) -> Result<(), Error> {
         let columns = self.mean.len();
-        expect_len(
-            "deviations of a pose reference",
-            columns,
-            self.deviation.len(),
-        )?;
+        expect_len("reaches of a pose reference", columns, self.reach.len())?;
         expect_finite("means of a pose reference", &self.mean)?;
-        expect_finite("deviations of a pose reference", &self.deviation)?;
+        expect_finite("reaches of a pose reference", &self.reach)?;
         let alone = 2 * CHANNELS;
         if (columns != alone && columns != alone + BANDS * CHANNELS)
-            || self.deviation.iter().any(|&d| d <= 0.0)
+            || self.reach.iter().any(|&r| r <= 0.0)
         {
             return Err(Error::Inconsistent {
                 part: "pose reference",
-                reason: format!("{columns} numbers a pose, or a deviation that is not positive"),
+                reason: format!("{columns} numbers a pose, or a reach that is not positive"),
             });
         }
         Ok(())
@@ -265,6 +264,8 @@ mod tests {
         let reference = PoseReference::fit(&[vec![0.0; 12], vec![1.0; 12]]).unwrap();
         assert!(reference.score(&[0.0; 11]).is_err());
         assert!(reference.score(&[f64::INFINITY; 12]).is_err());
-        assert_eq!(reference.score(&[1.5; 12]).unwrap().value(), 2.0);
+        // Mean 0.5; the 0.999 quantile of 0 and 1 is 0.999.
+        let score = reference.score(&[1.5; 12]).unwrap().value();
+        assert!((score - 1.0 / 0.499).abs() < 1e-9, "{score}");
     }
 }

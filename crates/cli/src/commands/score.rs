@@ -195,7 +195,7 @@ fn text(r: &LogReport, windows: bool) -> String {
     for (i, s) in r.pose_spans.iter().take(SHOWN).enumerate() {
         let _ = writeln!(
             out,
-            "  {:<11} {} to {} ({:.1} s to {:.1} s); pose {} by {:.1} trusted deviations",
+            "  {:<11} {} to {} ({:.1} s to {:.1} s), pose {} the most ({:.1} times a trusted extreme)",
             if i == 0 { "poses" } else { "" },
             s.first_pose,
             s.last_pose,
