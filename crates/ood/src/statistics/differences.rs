@@ -5,9 +5,9 @@
 //! shows, as means and maxima of [`kinematic`](super::kinematic) are; the maximum is kept for faults
 //! of a single step.
 
-use super::trace::CHANNELS;
+use super::kinematic::{axes, differences};
 use super::{AXES, Column, quantile_sorted};
-use crate::error::{Error, expect_len};
+use crate::error::Error;
 
 /// A difference (metres or radians per pose and pose) below this counts as this under a logarithm.
 const FLOOR: f64 = 1e-5;
@@ -29,25 +29,9 @@ pub(super) fn columns() -> Vec<Column> {
 }
 
 pub(super) fn values(increments: &[f64], out: &mut Vec<f64>) -> Result<(), Error> {
-    let length = increments.len() / CHANNELS;
-    expect_len("body-frame increments", length * CHANNELS, increments.len())?;
-    if length < 3 {
-        return Err(Error::TooFew {
-            what: "body-frame increments",
-            needed: 3,
-            found: length,
-            hint: "second differences need three increments",
-        });
-    }
-    for axis in 0..CHANNELS {
-        let rate: Vec<f64> = increments
-            .iter()
-            .skip(axis)
-            .step_by(CHANNELS)
-            .copied()
-            .collect();
-        let first: Vec<f64> = rate.windows(2).map(|w| w[1] - w[0]).collect();
-        let second: Vec<f64> = first.windows(2).map(|w| w[1] - w[0]).collect();
+    for rate in axes(increments, 3, "second differences need three increments")? {
+        let first = differences(&rate);
+        let second = differences(&first);
         for mut series in [first, second] {
             series.iter_mut().for_each(|x| *x = x.abs());
             series.sort_by(f64::total_cmp);
@@ -60,6 +44,7 @@ pub(super) fn values(increments: &[f64], out: &mut Vec<f64>) -> Result<(), Error
 
 #[cfg(test)]
 mod tests {
+    use super::super::CHANNELS;
     use super::*;
 
     #[test]

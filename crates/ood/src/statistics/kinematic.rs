@@ -27,24 +27,8 @@ pub(super) fn columns() -> Vec<Column> {
 }
 
 pub(super) fn values(increments: &[f64], out: &mut Vec<f64>) -> Result<(), Error> {
-    let length = increments.len() / CHANNELS;
-    expect_len("body-frame increments", length * CHANNELS, increments.len())?;
-    if length < 2 {
-        return Err(Error::TooFew {
-            what: "body-frame increments",
-            needed: 2,
-            found: length,
-            hint: "differences need two increments",
-        });
-    }
-    for axis in 0..CHANNELS {
-        let rate: Vec<f64> = increments
-            .iter()
-            .skip(axis)
-            .step_by(CHANNELS)
-            .copied()
-            .collect();
-        let change: Vec<f64> = rate.windows(2).map(|w| w[1] - w[0]).collect();
+    for rate in axes(increments, 2, "differences need two increments")? {
+        let change = differences(&rate);
         for series in [rate, change] {
             let count = series.len() as f64;
             let mean_square = series.iter().map(|x| x * x).sum::<f64>() / count;
@@ -55,6 +39,31 @@ pub(super) fn values(increments: &[f64], out: &mut Vec<f64>) -> Result<(), Error
         }
     }
     Ok(())
+}
+
+/// The increments of each axis; an error for fewer than `needed`.
+pub(super) fn axes(
+    increments: &[f64],
+    needed: usize,
+    hint: &'static str,
+) -> Result<Vec<Vec<f64>>, Error> {
+    let length = increments.len() / CHANNELS;
+    expect_len("body-frame increments", length * CHANNELS, increments.len())?;
+    if length < needed {
+        return Err(Error::TooFew {
+            what: "body-frame increments",
+            needed,
+            found: length,
+            hint,
+        });
+    }
+    let of = |axis| increments.iter().skip(axis).step_by(CHANNELS).copied();
+    Ok((0..CHANNELS).map(|axis| of(axis).collect()).collect())
+}
+
+/// From one element of a series to the next.
+pub(super) fn differences(series: &[f64]) -> Vec<f64> {
+    series.windows(2).map(|w| w[1] - w[0]).collect()
 }
 
 #[cfg(test)]
