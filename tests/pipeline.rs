@@ -373,3 +373,29 @@ fn help_names_every_subcommand_and_the_exit_codes() {
     expect_code(&run, 0);
     insta::assert_snapshot!("help", stdout(&run));
 }
+
+/// The default detector end to end: a jump is found, and the pose is named.
+#[test]
+fn score_names_the_pose_of_a_jump() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let trusted = folder.path().join("trusted");
+    write_logs(&trusted, Platform::Vehicle, 6, 700);
+    let detector = text(&folder.path().join("detector.dose3"));
+    expect_code(
+        &dose3(["fit", "--trusted", &text(&trusted), "--out", &detector]),
+        0,
+    );
+    let sound = dose3_datasets::synthetic::trajectory(Platform::Vehicle, 40, 700, 20.0);
+    let jump = dose3_datasets::faults::Fault::Jump { metres: 5.0 };
+    let jumped = jump.apply(&sound, 300..302, 1).expect("a jump");
+    let path = folder.path().join("jumped.txt");
+    let mut file = std::fs::File::create(&path).expect("a file");
+    dose3_datasets::write::tum(&mut file, &jumped).expect("written");
+    drop(file);
+    let run = dose3(["score", "--detector", &detector, "--json", &text(&path)]);
+    let value: serde_json::Value = serde_json::from_str(&stdout(&run)).expect("JSON");
+    // 20 Hz are judged at 10 Hz: pose 301 of the file is pose 150 or 151.
+    let span = &value["logs"][0]["pose_spans"][0];
+    let worst = span["worst_pose"].as_u64().expect("a span of poses");
+    assert!((148..=153).contains(&worst), "{span}");
+}

@@ -40,6 +40,10 @@ pub struct FitOptions {
     pub threads: usize,
 }
 
+/// The statistics of the default detector: kinematics, robust differences and denoising errors, with a
+/// density each.
+pub const MOTION_STATISTICS: &str = "kinematic,differences,residual+eps-mean";
+
 /// What a model is best used with where the user says nothing; measured by
 /// `cargo xtask benchmark --faults --part validation` (docs/METHOD.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,8 +57,7 @@ pub struct Defaults {
 }
 
 impl Defaults {
-    /// The paper's statistics for a `paper` model; for a `motion` model kinematics, robust differences
-    /// and denoising errors with a density each.
+    /// The paper's statistics for a `paper` model, [`MOTION_STATISTICS`] for a `motion` model.
     pub fn of(model: &Model) -> Self {
         match model.header.representation.kind {
             Kind::Paper => Self {
@@ -63,7 +66,7 @@ impl Defaults {
                 draws: 2,
             },
             Kind::Motion => Self {
-                statistics: "kinematic,differences,residual+eps-mean",
+                statistics: MOTION_STATISTICS,
                 steps: Some(12.min(model.header.process.steps)),
                 draws: 1,
             },

@@ -356,3 +356,41 @@ fn what_cannot_be_represented_is_refused() {
     broken[4].translation.y = f64::MAX;
     assert!(motion.represent(&broken, Frame::BodyFlu).is_err());
 }
+
+#[test]
+fn every_axis_gets_a_scale_of_its_own_and_none_is_blown_up() {
+    // A metre forward, a centimetre sideways, nothing upward; yaw alone turns.
+    let poses: Vec<Pose> = (0..200)
+        .map(|i| Pose {
+            rotation: so3::exp(&Vector::new(0.0, 0.0, 0.01 * f64::from(i % 2))),
+            translation: Vector::new(f64::from(i), 0.01 * f64::from(i % 2), 0.0),
+        })
+        .collect();
+    let stamps = (0..200).map(|i| i * 100_000_000).collect();
+    let format = dose3_datasets::Format::Tum;
+    let logs = [Trajectory::new(
+        "car",
+        format,
+        Frame::BodyFlu,
+        stamps,
+        poses,
+    )];
+    let cut = windows(&logs, 129, 10);
+    let fitted = Representation::fit(Kind::Motion, Scaling::PerAxis, &logs, &cut).unwrap();
+    let (translation, rotation) = fitted.scaling.stored().unwrap();
+    assert!((translation[0] - 1.0).abs() < 1e-3, "{translation:?}");
+    assert!((0.009..0.02).contains(&translation[1]), "{translation:?}");
+    // An axis that never moves is held at a thousandth of the largest.
+    assert!((translation[2] - 1e-3).abs() < 1e-4, "{translation:?}");
+    assert!((rotation[2] - 50.0).abs() < 0.5, "{rotation:?}");
+    let tensor = fitted
+        .represent(&logs[0].poses[..129], Frame::BodyFlu)
+        .unwrap();
+    let rms = |axis: usize| {
+        let of = tensor.translation.iter().skip(axis).step_by(3);
+        (of.map(|x| f64::from(*x).powi(2)).sum::<f64>() / 128.0).sqrt()
+    };
+    assert!((rms(0) - 1.0).abs() < 0.05 && (rms(1) - 1.0).abs() < 0.05);
+    // A paper model has no axes of a body.
+    assert!(Representation::fit(Kind::Paper, Scaling::PerAxis, &logs, &cut).is_err());
+}

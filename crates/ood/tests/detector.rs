@@ -152,6 +152,19 @@ fn where_no_share_is_rare_enough_each_window_has_to_be() {
 }
 
 #[test]
+fn one_far_window_rejects_a_long_log() {
+    let detector = fit(config(Combination::Joint), 10, 40);
+    let mut log = log(100, 40, 0.0);
+    let sound = detector.judge(&log).unwrap();
+    assert!(!sound.ood && sound.worst_p_value > 0.025, "{sound:?}");
+    // Neither the mean over 40 windows nor a share of one in 40 would show it.
+    log[17] = crate::log(101, 1, 30.0).remove(0);
+    let verdict = detector.judge(&log).unwrap();
+    assert_eq!((verdict.rule, verdict.ood), (Rule::Worst, true));
+    assert!(verdict.worst_p_value <= Rule::WORST_SHARE * 0.05 && verdict.share_p_value > 0.05);
+}
+
+#[test]
 fn one_or_two_trusted_logs_are_cut_and_it_is_said() {
     for logs in [1, 2] {
         let detector = fit(config(Combination::Joint), logs, 120 / logs);

@@ -162,7 +162,7 @@ fn text(r: &LogReport, windows: bool) -> String {
             "  decided by  its worst window: chance {:.2e} in a trusted log of {} windows, limit {}",
             r.worst_p_value,
             r.windows,
-            alpha / 2.0
+            alpha * Rule::WORST_SHARE
         ),
     };
     let _ = writeln!(

@@ -26,9 +26,6 @@ use crate::score::Score;
 use crate::statistics::quantile_sorted;
 use serde::{Deserialize, Serialize};
 
-/// Share of alpha that the worst window has.
-const WORST_SHARE: f64 = 0.5;
-
 /// What decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -41,6 +38,11 @@ pub enum Rule {
     Window,
     /// The worst window, where the rules above let the log pass.
     Worst,
+}
+
+impl Rule {
+    /// Share of alpha that [`Rule::Worst`] has.
+    pub const WORST_SHARE: f64 = 0.5;
 }
 
 /// The verdict on one log, with what it rests on.
@@ -152,7 +154,7 @@ pub(super) fn judge(
     // Beyond every held-out window, too: the tail's shape alone must not condemn a log.
     let worst = window_scores.iter().max() > calibration.windows.scores().last()
         && matches!(rule, Rule::PValue | Rule::Share)
-        && worst_p_value <= WORST_SHARE * alpha;
+        && worst_p_value <= Rule::WORST_SHARE * alpha;
     let (rule, ood) = match rejected {
         false if worst => (Rule::Worst, true),
         _ => (rule, rejected),

@@ -1,5 +1,6 @@
 //! The rows of every table: statistics, how they become one score, and whose network they need.
 
+use dose3::fit::MOTION_STATISTICS as DEFAULT_SET;
 use dose3_ood::Combination;
 
 /// Whose noise estimate a row is computed from.
@@ -26,9 +27,6 @@ pub struct Method {
     /// What it is, for the legend.
     pub label: &'static str,
 }
-
-/// The statistics of the default detector.
-const DEFAULT_SET: &str = "kinematic,differences,residual+eps-mean";
 
 /// Index of the kinematic row, the baseline of all comparisons.
 pub const KINEMATIC: usize = 0;
