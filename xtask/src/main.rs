@@ -20,7 +20,7 @@ enum Task {
     Benchmark(xtask::benchmark::BenchmarkArgs),
     /// Speed of the engine beside burn, PyTorch and the machine's own sgemm.
     Bench(xtask::bench::BenchArgs),
-    /// Train the weights that ship with the program (KITTI; about half an hour on 2 cores).
+    /// Train the weights that ship with the program (about ten minutes on 2 idle cores).
     TrainReleaseModel(xtask::release::ReleaseArgs),
     /// Download KITTI poses; say how to get RobotCar and IROS20, and check what is there.
     FetchData(xtask::fetch::FetchArgs),

@@ -150,7 +150,7 @@ pub struct Train {
     /// Noise schedule of the translations (default: cosine, log-sigma with --protocol motion)
     #[arg(long, value_enum)]
     pub translation_schedule: Option<ScheduleName>,
-    /// Noise schedule of the rotations (default: as for translations; the authors' code: linear)
+    /// Noise schedule of the rotations (default: as above; the authors' code: linear)
     #[arg(long, value_enum)]
     pub rotation_schedule: Option<ScheduleName>,
     /// Noise of the rotations
