@@ -9,3 +9,4 @@ pub mod data;
 pub mod fetch;
 pub mod provenance;
 pub mod release;
+pub mod study;

@@ -3,12 +3,13 @@
 use crate::benchmark::faults::protocol::{Role, role};
 use crate::benchmark::sets;
 use crate::data::DataRoot;
+use crate::study;
 use anyhow::{Context, Result};
-use clap::{Args, ValueEnum};
+use clap::{Args, Parser, ValueEnum};
 use dose3::backend::Backend;
 use dose3::train::{HoldOut, TrainOptions, train};
 use dose3::{atomic, plot};
-use dose3_datasets::{Kind, LoadOptions, Scaling, Trajectory, load_all, resample};
+use dose3_datasets::{Kind, Scaling, Trajectory};
 use dose3_diffusion::trainer::{TrainConfig, to_csv};
 use dose3_diffusion::{NoiseSchedule, ProcessConfig};
 use dose3_model::{PairConfig, Precision};
@@ -19,7 +20,7 @@ use std::time::Instant;
 /// AUROC (docs/RESULTS.md).
 const STEPS: usize = 4000;
 /// Rate of the `motion` model, hertz: that of KITTI, the slowest of the data sets.
-const RATE: f64 = 10.0;
+pub const RATE: f64 = 10.0;
 
 /// Which of the shipped models.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -51,9 +52,36 @@ impl Recipe {
 /// KITTI logs that the shipped networks never see: they are the in-distribution test logs.
 pub const HELD_OUT: [&str; 3] = ["07", "09", "10"];
 
+/// Noise schedule of the rotation branch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RotationSchedule {
+    /// As the translation branch, cosine
+    Cosine,
+    /// Linear 1e-4 to 0.02, as in the authors' code
+    Linear,
+}
+
 /// Arguments of `train-release-model`.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct ReleaseArgs {
+    /// Train the networks of `benchmark --all` by name, or all of them, where they are not trained yet;
+    /// their settings stand in xtask/src/study.rs
+    #[arg(
+        long,
+        value_name = "NAME|all",
+        value_delimiter = ',',
+        conflicts_with_all = ["set", "rotation_schedule", "one_scale", "recipe", "out", "steps", "seed"]
+    )]
+    pub study: Vec<String>,
+    /// Train on one data set: O (RobotCar), K (KITTI) or I (IROS20). Default: `paper` K, `motion` all
+    #[arg(long, value_name = "LETTER")]
+    pub set: Option<char>,
+    /// Noise schedule of the rotations (default: that of the recipe)
+    #[arg(long, value_enum)]
+    pub rotation_schedule: Option<RotationSchedule>,
+    /// One scale for all windows, the largest displacement of any, instead of one a window (`paper`)
+    #[arg(long)]
+    pub one_scale: bool,
     /// Which model
     #[arg(long, value_enum, default_value_t)]
     pub recipe: Recipe,
@@ -99,19 +127,28 @@ pub struct ReleaseArgs {
     pub threads: usize,
 }
 
+#[derive(clap::Parser)]
+struct Line {
+    #[command(flatten)]
+    args: ReleaseArgs,
+}
+
 impl ReleaseArgs {
     /// The settings of the shipped model with another seed.
     pub fn shipped(seed: u64) -> Self {
-        #[derive(clap::Parser)]
-        struct Defaults {
-            #[command(flatten)]
-            args: ReleaseArgs,
-        }
-        use clap::Parser;
         // No argument is required, so parsing none gives the defaults.
-        let mut args = Defaults::parse_from(["defaults"]).args;
+        let mut args = Line::parse_from(["defaults"]).args;
         args.seed = seed;
         args
+    }
+
+    /// The settings that `line` gives, as typed after `train-release-model`.
+    ///
+    /// # Errors
+    /// A line that is none.
+    pub fn of_line(line: &str) -> Result<Self> {
+        let words = std::iter::once("train-release-model").chain(line.split_whitespace());
+        Ok(Line::try_parse_from(words)?.args)
     }
 
     /// The model file to write.
@@ -129,6 +166,9 @@ impl ReleaseArgs {
     /// The settings of the run; `hold_out` names the validation logs.
     pub fn options(&self, hold_out: Vec<String>) -> TrainOptions {
         let (kind, scaling, schedule) = match self.recipe {
+            Recipe::Paper if self.one_scale => {
+                (Kind::Paper, Scaling::PerDataset, NoiseSchedule::COSINE)
+            }
             Recipe::Paper => (Kind::Paper, Scaling::PerWindow, NoiseSchedule::COSINE),
             Recipe::Motion => (Kind::Motion, Scaling::PerAxis, NoiseSchedule::LOG_SIGMA),
         };
@@ -141,7 +181,11 @@ impl ReleaseArgs {
             process: ProcessConfig {
                 steps: self.diffusion_steps.unwrap_or(diffusion_steps),
                 translation: schedule,
-                rotation: schedule,
+                rotation: match self.rotation_schedule {
+                    None => schedule,
+                    Some(RotationSchedule::Cosine) => NoiseSchedule::COSINE,
+                    Some(RotationSchedule::Linear) => NoiseSchedule::LINEAR,
+                },
                 ..ProcessConfig::default()
             },
             config: TrainConfig {
@@ -157,15 +201,27 @@ impl ReleaseArgs {
         }
     }
 
-    /// The logs to train on, validation logs among them, and the names of those.
+    /// The logs to train on, validation logs among them, and the names of those. One set: its test logs of
+    /// the benchmark are the validation logs; several: by the roles of the fault benchmark.
     fn logs(&self) -> Result<(Vec<Trajectory>, Vec<String>)> {
         let root = DataRoot::find(self.data.as_deref())?;
-        if self.recipe == Recipe::Paper {
-            let logs = load_all(&[root.kitti()?], &LoadOptions::default())?;
-            return Ok((logs, HELD_OUT.map(String::from).to_vec()));
-        }
+        let of_recipe = (self.recipe == Recipe::Paper).then_some('K');
+        let Some(letter) = self.set.or(of_recipe) else {
+            return self.logs_by_role(&root);
+        };
+        let mut set = sets::real(&root)?
+            .into_iter()
+            .find(|s| s.letter == letter)
+            .with_context(|| format!("data set {letter} is missing in {}", root.source))?;
+        set.choose_test_logs(&sets::kitti_held_out(&set.trajectories), &[]);
+        let held_out = set.test_names();
+        let logs = set.trajectories.iter().map(|log| self.at_rate(log));
+        Ok((logs.collect::<Result<_>>()?, held_out))
+    }
+
+    fn logs_by_role(&self, root: &DataRoot) -> Result<(Vec<Trajectory>, Vec<String>)> {
         let (mut logs, mut held_out) = (Vec::new(), Vec::new());
-        let sets = sets::real(&root)?;
+        let sets = sets::real(root)?;
         for letter in ['K', 'O', 'I'] {
             let set = sets
                 .iter()
@@ -177,13 +233,18 @@ impl ReleaseArgs {
                     Role::Validation => held_out.push(log.name.clone()),
                     Role::Density | Role::Test => continue,
                 }
-                logs.push(match log.rate.hertz > RATE * 1.05 {
-                    true => resample(log, RATE)?,
-                    false => log.clone(),
-                });
+                logs.push(self.at_rate(log)?);
             }
         }
         Ok((logs, held_out))
+    }
+
+    /// The log at the rate of the recipe; `paper` counts poses and leaves it as it is.
+    fn at_rate(&self, log: &Trajectory) -> Result<Trajectory> {
+        match self.recipe {
+            Recipe::Paper => Ok(log.clone()),
+            Recipe::Motion => sets::at_rate(log, RATE),
+        }
     }
 }
 
@@ -192,6 +253,9 @@ impl ReleaseArgs {
 /// # Errors
 /// Without the data, or where training fails.
 pub fn run(args: &ReleaseArgs) -> Result<()> {
+    if !args.study.is_empty() {
+        return study::train(args);
+    }
     let (trajectories, hold_out) = args.logs()?;
     let start = Instant::now();
     let (steps, out) = (args.steps(), args.out());

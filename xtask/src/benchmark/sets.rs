@@ -1,9 +1,10 @@
 //! The data sets of the benchmark: the paper's three, or three synthetic ones.
 
 use crate::data::DataRoot;
+use crate::release::HELD_OUT;
 use anyhow::{Context, Result, bail};
 use dose3_datasets::synthetic::{Platform, suite};
-use dose3_datasets::{LoadOptions, Trajectory, Window, load_all, windows};
+use dose3_datasets::{LoadOptions, Trajectory, Window, load_all, resample, windows};
 use std::collections::BTreeSet;
 
 /// One data set with its windows.
@@ -42,9 +43,7 @@ impl DataSet {
         })
     }
 
-    /// Cuts windows, and picks the test logs: those of `held_out` (hashes of the network's own
-    /// held-out logs) where this set has them, else every second group of the logs that are not
-    /// among `trained`; only where there is no such log, of all.
+    /// Cuts windows, and picks the test logs as [`Self::choose_test_logs`].
     pub fn prepare(
         &mut self,
         poses: usize,
@@ -53,6 +52,13 @@ impl DataSet {
         trained: &[String],
     ) {
         self.windows = windows(&self.trajectories, poses, stride);
+        self.choose_test_logs(held_out, trained);
+    }
+
+    /// Picks the test logs: those of `held_out` (hashes of the network's own
+    /// held-out logs) where this set has them, else every second group of the logs that are not
+    /// among `trained`; only where there is no such log, of all.
+    pub fn choose_test_logs(&mut self, held_out: &[String], trained: &[String]) {
         let all = 0..self.trajectories.len();
         let hashes: Vec<String> = self
             .trajectories
@@ -143,6 +149,25 @@ pub fn real(root: &DataRoot) -> Result<Vec<DataSet>> {
         DataSet::new(letter, name, trajectories)
     })
     .collect()
+}
+
+/// Fingerprints of the KITTI logs that no network of the benchmarks is trained on.
+pub fn kitti_held_out(logs: &[Trajectory]) -> Vec<String> {
+    logs.iter()
+        .filter(|log| HELD_OUT.contains(&log.name.as_str()))
+        .map(Trajectory::fingerprint)
+        .collect()
+}
+
+/// A log at `rate` hertz: a faster one is interpolated down, any other is returned as it is.
+///
+/// # Errors
+/// A log that cannot be resampled.
+pub fn at_rate(log: &Trajectory, rate: f64) -> Result<Trajectory> {
+    match log.rate.hertz > rate * 1.05 {
+        true => Ok(resample(log, rate)?),
+        false => Ok(log.clone()),
+    }
 }
 
 /// A vehicle, a hand-held object and a drone, generated from `seed`.
