@@ -2,7 +2,7 @@
 
 use dose3_ood::metrics::{
     Bootstrap, Grouped, Metric, aupr_in, aupr_out, auroc, detection_rate, estimate, estimate_all,
-    fpr_at_95tpr,
+    fpr_at_95tpr, roc,
 };
 use dose3_ood::{Error, Score};
 use proptest::prelude::*;
@@ -32,6 +32,18 @@ fn auroc_by_hand() {
         auroc(&scores(&[3.0, 4.0]), &scores(&[2.0, 1.0])).unwrap(),
         0.0,
     );
+}
+
+#[test]
+fn roc_by_hand_and_its_area() {
+    let (id, ood) = (scores(&[1.0, 2.0]), scores(&[2.0, 3.0]));
+    let curve = roc(&id, &ood).unwrap();
+    assert_eq!(curve, [(0.0, 0.0), (0.0, 0.5), (0.5, 1.0), (1.0, 1.0)]);
+    let trapezoids = curve
+        .windows(2)
+        .map(|p| (p[1].0 - p[0].0) * (p[0].1 + p[1].1) / 2.0);
+    near(trapezoids.sum(), auroc(&id, &ood).unwrap());
+    assert!(roc(&id, &[]).is_err());
 }
 
 #[test]

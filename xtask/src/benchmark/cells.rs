@@ -64,12 +64,53 @@ pub struct Rows<'a> {
     pub rows: &'a [Vec<f64>],
 }
 
+/// The windows that fit a density under `protocol`, and those that are tested as in-distribution.
+pub fn split(set: &DataSet, protocol: Protocol, seed: u64) -> (Vec<usize>, Vec<usize>) {
+    let windows = 0..set.windows.len();
+    match protocol {
+        Protocol::Paper => {
+            windows.partition(|w| !set.test_logs.contains(&set.windows[*w].trajectory))
+        }
+        Protocol::ReleasedCode => {
+            let mut shuffled: Vec<usize> = windows.clone().collect();
+            shuffled.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+            shuffled.truncate(set.windows.len().div_ceil(10));
+            (windows.collect(), shuffled)
+        }
+    }
+}
+
 /// The ID side of a column, ready to be tested against any OOD set.
 pub struct Fitted {
     density: DensityModel,
     fit_windows: usize,
-    id_scores: Vec<Score>,
-    id_groups: Vec<usize>,
+    tested: Side,
+}
+
+/// Scores with the log that each window was cut from.
+pub struct Side {
+    /// One score a window.
+    pub scores: Vec<Score>,
+    /// The group of logs that each belongs to.
+    pub groups: Vec<usize>,
+}
+
+impl Side {
+    /// The scores of chosen windows of a set.
+    pub fn of(set: &DataSet, windows: &[usize], scores: Vec<Score>) -> Self {
+        let groups = set.groups();
+        Self {
+            scores,
+            groups: windows.iter().map(|w| groups[*w]).collect(),
+        }
+    }
+
+    fn grouped(&self) -> Grouped<'_> {
+        Grouped {
+            scores: &self.scores,
+            logs: &self.groups,
+        }
+    }
 }
 
 impl Fitted {
@@ -84,31 +125,40 @@ impl Fitted {
         seed: u64,
     ) -> Result<Self> {
         let groups = id.set.groups();
-        let windows = 0..id.rows.len();
-        let (fit, test): (Vec<usize>, Vec<usize>) = match protocol {
-            Protocol::Paper => {
-                windows.partition(|w| !id.set.test_logs.contains(&id.set.windows[*w].trajectory))
-            }
-            Protocol::ReleasedCode => {
-                let mut shuffled: Vec<usize> = windows.clone().collect();
-                shuffled.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
-                shuffled.truncate(id.rows.len().div_ceil(10));
-                (windows.collect(), shuffled)
-            }
-        };
+        let (fit, test) = split(id.set, protocol, seed);
         let fit_rows: Vec<Vec<f64>> = fit.iter().map(|w| id.rows[*w].clone()).collect();
         let fit_groups: Vec<usize> = fit.iter().map(|w| groups[*w]).collect();
         let density = DensityModel::fit(&fit_rows, &fit_groups, &density.clone().with_seed(seed))
             .with_context(|| format!("no density could be fitted on {}", id.set.name))?;
-        let id_scores = test
+        let scores = test
             .iter()
             .map(|w| density.score(&id.rows[*w]))
             .collect::<Result<_, _>>()?;
         Ok(Self {
             density,
             fit_windows: fit.len(),
-            id_scores,
-            id_groups: test.iter().map(|w| groups[*w]).collect(),
+            tested: Side::of(id.set, &test, scores),
+        })
+    }
+
+    /// Windows the density was fitted on.
+    pub fn fit_windows(&self) -> usize {
+        self.fit_windows
+    }
+
+    /// The ID test windows.
+    pub fn tested(&self) -> &Side {
+        &self.tested
+    }
+
+    /// All windows of an OOD set.
+    ///
+    /// # Errors
+    /// Rows that are not those of the density.
+    pub fn score(&self, ood: &Rows<'_>) -> Result<Side> {
+        Ok(Side {
+            scores: self.density.scores(ood.rows)?,
+            groups: ood.set.groups(),
         })
     }
 
@@ -117,43 +167,42 @@ impl Fitted {
     /// # Errors
     /// An empty side.
     pub fn against(&self, id: char, ood: &Rows<'_>, bootstrap: Bootstrap) -> Result<Cell> {
-        let scores: Vec<Score> = ood
-            .rows
-            .iter()
-            .map(|row| self.density.score(row))
-            .collect::<Result<_, _>>()?;
-        let groups = ood.set.groups();
-        let metrics = [
-            Metric::Auroc,
-            Metric::AuprIn,
-            Metric::AuprOut,
-            Metric::FprAt95Tpr,
-        ];
-        let estimates = estimate_all(
-            &metrics,
-            Grouped {
-                scores: &self.id_scores,
-                logs: &self.id_groups,
-            },
-            Grouped {
-                scores: &scores,
-                logs: &groups,
-            },
-            bootstrap,
-        )?;
-        let [auroc, aupr_in, aupr_out, fpr_at_95_tpr] = estimates[..] else {
-            anyhow::bail!("four metrics were asked for, {} came back", estimates.len());
-        };
-        Ok(Cell {
-            id,
-            ood: ood.set.letter,
-            fit_windows: self.fit_windows,
-            id_windows: self.id_scores.len(),
-            ood_windows: scores.len(),
-            auroc,
-            aupr_in,
-            aupr_out,
-            fpr_at_95_tpr,
-        })
+        let side = self.score(ood)?;
+        let letters = (id, ood.set.letter);
+        cell(letters, self.fit_windows, &self.tested, &side, bootstrap)
     }
+}
+
+/// The metrics of one ID side against one OOD side.
+///
+/// # Errors
+/// An empty side.
+pub fn cell(
+    (id, ood): (char, char),
+    fit_windows: usize,
+    tested: &Side,
+    other: &Side,
+    bootstrap: Bootstrap,
+) -> Result<Cell> {
+    let metrics = [
+        Metric::Auroc,
+        Metric::AuprIn,
+        Metric::AuprOut,
+        Metric::FprAt95Tpr,
+    ];
+    let estimates = estimate_all(&metrics, tested.grouped(), other.grouped(), bootstrap)?;
+    let [auroc, aupr_in, aupr_out, fpr_at_95_tpr] = estimates[..] else {
+        anyhow::bail!("four metrics were asked for, {} came back", estimates.len());
+    };
+    Ok(Cell {
+        id,
+        ood,
+        fit_windows,
+        id_windows: tested.scores.len(),
+        ood_windows: other.scores.len(),
+        auroc,
+        aupr_in,
+        aupr_out,
+        fpr_at_95_tpr,
+    })
 }

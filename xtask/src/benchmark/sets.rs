@@ -8,6 +8,7 @@ use dose3_datasets::{LoadOptions, Trajectory, Window, load_all, resample, window
 use std::collections::BTreeSet;
 
 /// One data set with its windows.
+#[derive(Clone)]
 pub struct DataSet {
     /// The letter it has in tables.
     pub letter: char,
@@ -53,6 +54,21 @@ impl DataSet {
     ) {
         self.windows = windows(&self.trajectories, poses, stride);
         self.choose_test_logs(held_out, trained);
+    }
+
+    /// Cuts windows at the smallest multiple of `stride` that leaves at most `most` of them, or one a
+    /// gap-free stretch where that is more; answers the stride.
+    pub fn cut(&mut self, poses: usize, stride: usize, most: usize) -> usize {
+        let lengths = self.trajectories.iter().map(|log| log.poses.len());
+        let longest = lengths.max().unwrap_or(0);
+        let mut chosen = stride;
+        loop {
+            self.windows = windows(&self.trajectories, poses, chosen);
+            if self.windows.len() <= most || chosen > longest {
+                return chosen;
+            }
+            chosen += stride;
+        }
     }
 
     /// Picks the test logs: those of `held_out` (hashes of the network's own
@@ -183,4 +199,23 @@ pub fn synthetic(seed: u64, logs: usize) -> Result<Vec<DataSet>> {
     .into_iter()
     .map(|(letter, name, platform)| DataSet::new(letter, name, suite(platform, logs, seed)))
     .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cut_takes_the_smallest_stride_that_leaves_few_enough_windows() {
+        let mut set = synthetic(0, 3).unwrap().remove(0);
+        assert_eq!(set.cut(64, 16, usize::MAX), 16);
+        let all = set.windows.len();
+        let stride = set.cut(64, 16, all / 3);
+        assert!(set.windows.len() <= all / 3);
+        set.windows = windows(&set.trajectories, 64, stride - 16);
+        assert!(set.windows.len() > all / 3);
+        // Fewer than one a log cannot be had.
+        set.cut(64, 16, 1);
+        assert!(set.windows.len() >= set.trajectories.len());
+    }
 }

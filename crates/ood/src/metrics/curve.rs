@@ -90,6 +90,17 @@ impl Curve {
         id_above / self.id
     }
 
+    /// Shares of (ID, OOD) at or above each distinct score, from (0, 0) to (1, 1).
+    pub fn roc(&self) -> Vec<(f64, f64)> {
+        let (mut id_above, mut ood_above) = (0.0, 0.0);
+        let above = self.points.iter().map(|&(_, id, ood)| {
+            id_above += id;
+            ood_above += ood;
+            (id_above / self.id, ood_above / self.ood)
+        });
+        std::iter::once((0.0, 0.0)).chain(above).collect()
+    }
+
     /// Shares of (ID, OOD) beyond a threshold.
     pub fn beyond(&self, threshold: Score) -> (f64, f64) {
         let over = self.points.iter().take_while(|p| p.0 > threshold);

@@ -37,20 +37,7 @@ impl Metric {
     /// # Errors
     /// [`Error::TooFew`] where a list is empty.
     pub fn of(self, id: &[Score], ood: &[Score]) -> Result<f64, Error> {
-        for (what, list) in [("ID scores", id), ("OOD scores", ood)] {
-            if list.is_empty() {
-                return Err(Error::TooFew {
-                    what,
-                    needed: 1,
-                    found: 0,
-                    hint: "a metric compares two lists of scores",
-                });
-            }
-        }
-        let id = id.iter().map(|&score| Entry::new(score, false));
-        let ood = ood.iter().map(|&score| Entry::new(score, true));
-        let entries = curve::sorted(id.chain(ood).collect());
-        Ok(self.of_curve(&Curve::new(entries.into_iter())))
+        Ok(self.of_curve(&curve_of(id, ood)?))
     }
 
     fn of_curve(self, curve: &Curve) -> f64 {
@@ -63,6 +50,32 @@ impl Metric {
             Metric::FalseAlarmAt(threshold) => curve.beyond(threshold).0,
         }
     }
+}
+
+fn curve_of(id: &[Score], ood: &[Score]) -> Result<Curve, Error> {
+    for (what, list) in [("ID scores", id), ("OOD scores", ood)] {
+        if list.is_empty() {
+            return Err(Error::TooFew {
+                what,
+                needed: 1,
+                found: 0,
+                hint: "a metric compares two lists of scores",
+            });
+        }
+    }
+    let id = id.iter().map(|&score| Entry::new(score, false));
+    let ood = ood.iter().map(|&score| Entry::new(score, true));
+    let entries = curve::sorted(id.chain(ood).collect());
+    Ok(Curve::new(entries.into_iter()))
+}
+
+/// The ROC curve as (false positive rate, true positive rate), from (0, 0) to (1, 1), a point for each
+/// distinct score. The area below its straight lines is [`auroc`].
+///
+/// # Errors
+/// [`Error::TooFew`] where a list is empty.
+pub fn roc(id: &[Score], ood: &[Score]) -> Result<Vec<(f64, f64)>, Error> {
+    Ok(curve_of(id, ood)?.roc())
 }
 
 /// Area under the ROC curve: the chance that a random OOD score is higher than a random ID score,
