@@ -3,7 +3,9 @@
 
 use anyhow::{Context, Result, anyhow};
 use dose3_datasets::{Frame, Representation, Trajectory, Window, WindowTensor};
-use dose3_diffusion::{Branches, ModelPair, ProbeConfig, Process, rotation_tangents, trace};
+use dose3_diffusion::{
+    Branches, ModelPair, NoiseSharing, ProbeConfig, Process, rotation_tangents, trace,
+};
 use dose3_lie::{Pose, so3};
 use dose3_ood::localise::pose_numbers;
 use dose3_ood::statistics::{PoseWindow, Sample, StatisticsSet, Trace, TraceSummary};
@@ -68,7 +70,7 @@ impl Extractor<'_> {
         visit: &mut dyn FnMut(usize, WindowData) -> Result<()>,
     ) -> Result<()> {
         let steps = self.probe.step_indices(self.process.steps()).len();
-        let at_once = (BATCH / (steps * self.probe.draws.max(1))).max(1);
+        let at_once = (BATCH / (steps * self.probe.distinct_draws().max(1))).max(1);
         for (chunk_index, chunk) in windows.chunks(at_once).enumerate() {
             let tensors = chunk
                 .iter()
@@ -86,8 +88,9 @@ impl Extractor<'_> {
             let mut summaries = vec![Vec::new(); chunk.len()];
             if let Some(branches) = networks {
                 let at_once = (BATCH / steps).max(1);
-                for first in (0..self.probe.draws).step_by(at_once) {
-                    let draws = first..(first + at_once).min(self.probe.draws);
+                let all = self.probe.distinct_draws();
+                for first in (0..all).step_by(at_once) {
+                    let draws = first..(first + at_once).min(all);
                     self.summarise(&tensors, draws, branches, &mut summaries)?;
                 }
             }
@@ -131,6 +134,7 @@ impl Extractor<'_> {
 
     /// As [`Extractor::rows`]; `pose` also hears `(log, pose, numbers)` of every pose in a window but
     /// the first of each stretch ([`pose_numbers`]), once: from the window in whose middle it lies.
+    /// Where no noise is drawn, the numbers are those of the increments alone.
     ///
     /// # Errors
     /// As [`Extractor::rows`], or `pose`'s own error.
@@ -143,11 +147,12 @@ impl Extractor<'_> {
         progress: &dyn Fn(usize),
     ) -> Result<Vec<Vec<f64>>> {
         let mut rows = Vec::with_capacity(windows.len());
+        let sharing = self.probe.sharing;
         self.for_each(trajectories, windows, networks(set), &mut |index, data| {
             let sample = data.sample();
             rows.push(set.evaluate(&sample)?);
             let window = &windows[index];
-            let numbers = pose_numbers(&sample)?;
+            let numbers = pose_numbers(&denoising(sample, sharing))?;
             for at in own_poses(windows, index) {
                 // The first pose of a window has no step that leads to it.
                 if let Some(step) = (at - window.start).checked_sub(1) {
@@ -216,6 +221,18 @@ fn networks(set: &StatisticsSet) -> Option<Branches> {
         true => Branches::Both,
         false => Branches::Translation,
     })
+}
+
+/// The sample with its traces only where they hold denoising errors: on a path without drawn noise there
+/// are none.
+fn denoising(sample: Sample<'_>, sharing: NoiseSharing) -> Sample<'_> {
+    match sharing {
+        NoiseSharing::PerWindow | NoiseSharing::Common => sample,
+        NoiseSharing::None => Sample {
+            traces: &[],
+            ..sample
+        },
+    }
 }
 
 /// Body-frame motion between consecutive poses, `[poses - 1, 6]`: the translation of

@@ -30,7 +30,7 @@ pub struct FitOptions {
     pub steps: Option<usize>,
     /// Noise draws per window.
     pub draws: usize,
-    /// Own or common noise.
+    /// Own noise, common noise, or none.
     pub sharing: NoiseSharing,
     /// Seed of noise and fit.
     pub seed: u64,
@@ -110,12 +110,7 @@ pub fn fit(
 ) -> Result<Fitted> {
     let header = &model.header;
     let process = Process::new(header.process)?;
-    let probe = ProbeConfig {
-        steps: steps(options.steps, process.steps())?,
-        draws: options.draws,
-        seed: options.seed,
-        sharing: options.sharing,
-    };
+    let probe = probe(options, &process)?;
     let first = trusted.first().context("no trusted log to fit on")?;
     // A motion model fixes the rate; a paper model takes that of the trusted logs.
     let rate = match header.representation.kind {
@@ -151,7 +146,7 @@ pub fn fit(
         overlap: header.window.div_ceil(options.stride),
         alpha: options.alpha,
         window_alpha: options.alpha,
-        draws: options.draws,
+        draws: probe.draws,
         seed: options.seed,
         ..DetectorConfig::default()
     };
@@ -201,6 +196,25 @@ pub fn fit(
     })
 }
 
+fn probe(options: &FitOptions, process: &Process) -> Result<ProbeConfig> {
+    let asked = ProbeConfig {
+        steps: steps(options.steps, process.steps())?,
+        draws: options.draws,
+        seed: options.seed,
+        sharing: options.sharing,
+    };
+    if options.sharing == NoiseSharing::None && options.statistics.needs_noise() {
+        bail!(
+            "`{}` measures denoising errors, which a path without drawn noise does not have",
+            options.statistics
+        );
+    }
+    Ok(ProbeConfig {
+        draws: asked.distinct_draws(),
+        ..asked
+    })
+}
+
 fn steps(asked: Option<usize>, of_model: usize) -> Result<usize> {
     match asked {
         None => Ok(of_model),
@@ -226,4 +240,39 @@ fn groups(logs: &[Trajectory], windows: &[Window]) -> (Vec<usize>, Vec<String>) 
         windows.iter().map(|w| of_log[w.trajectory]).collect(),
         names,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_drawn_noise_there_is_one_draw_and_no_denoising_error() {
+        let options = |statistics: &str| FitOptions {
+            statistics: statistics.parse().unwrap(),
+            density: DensityConfig::default(),
+            combination: Combination::Joint,
+            alpha: 0.05,
+            stride: 32,
+            steps: Some(6),
+            draws: 3,
+            sharing: NoiseSharing::None,
+            seed: 0,
+            backend: Backend::Engine,
+            threads: 1,
+        };
+        let process = Process::new(dose3_diffusion::ProcessConfig::default()).unwrap();
+        let found = probe(&options("diffpath6+diffpath1"), &process).unwrap();
+        assert_eq!((found.draws, found.steps), (1, 6));
+        let refused = probe(&options("kinematic,residual+eps-mean"), &process).unwrap_err();
+        assert!(
+            refused.to_string().contains("denoising errors"),
+            "{refused}"
+        );
+        let drawn = FitOptions {
+            sharing: NoiseSharing::Common,
+            ..options("residual")
+        };
+        assert_eq!(probe(&drawn, &process).unwrap().draws, 3);
+    }
 }

@@ -50,6 +50,14 @@ pub enum RotationNoise {
 }
 
 impl Noise {
+    /// No noise for `length` poses.
+    pub(crate) fn zeros(length: usize) -> Self {
+        Self {
+            translation: vec![0.0; length * 3],
+            rotation: vec![0.0; length * 3],
+        }
+    }
+
     /// Draws the noise of `length` poses.
     pub fn draw<R: Rng + ?Sized>(rng: &mut R, length: usize, kind: RotationNoise) -> Self {
         let translation = normals(rng, length * 3);

@@ -45,7 +45,7 @@ fn every_statistic_has_as_many_names_as_values_and_they_differ() {
         }),
         increments: Some(&increments),
     };
-    let sizes = [24, 12, 6, 6, 36, 72, 36, 36, 24, 36, 36];
+    let sizes = [24, 12, 6, 6, 1, 36, 72, 36, 36, 24, 36, 36];
     for (statistic, size) in Statistic::ALL.into_iter().zip(sizes) {
         let set = StatisticsSet::from(statistic);
         let values = set.evaluate(&sample).unwrap();
@@ -121,6 +121,38 @@ fn paper_sets_by_hand() {
     let expected = ["translation", "rotation_x", "rotation_y", "rotation_z"];
     assert_eq!(names, expected.map(|part| format!("paper24.{part}")));
     assert_eq!(paper.groups()[3].columns, (18..24).collect::<Vec<_>>());
+}
+
+#[test]
+fn diffpath_by_hand() {
+    // Three steps of two poses; channel c of pose i is t^2 (1 + i) on the first and last axis, else 1.
+    let mut eps_hat = Vec::new();
+    for t in 0..3_i16 {
+        for i in 0..2_i16 {
+            let moving = f32::from(t * t * (1 + i));
+            eps_hat.extend([moving, 1.0, 1.0, 1.0, 1.0, moving]);
+        }
+    }
+    let trace = Trace {
+        steps: 3,
+        length: 2,
+        eps_hat: &eps_hat,
+        eps: &[0.0; 12],
+    };
+    // Changes 1 and 3 of pose 0, 2 and 6 of pose 1, on two axes: 2 (1 + 9 + 4 + 36) = 100.
+    let values = set("diffpath1").compute(&trace).unwrap();
+    assert_eq!(values.len(), 1);
+    assert!((values[0] - 10.0).abs() < 1e-12, "{values:?}");
+
+    // Sums of the first three powers of eps and of its changes, divided by the 12 numbers of a step.
+    let six = set("diffpath6").compute(&trace).unwrap();
+    let sums = [54.0, 194.0, 1194.0, 24.0, 100.0, 504.0];
+    for (value, sum) in six.iter().zip(sums) {
+        assert!((value * 12.0 - sum).abs() < 1e-9, "{six:?}");
+    }
+    assert!(set("diffpath1").needs_rotation_trace() && !set("diffpath1").needs_noise());
+    assert!(set("diffpath1,residual").needs_noise());
+    assert_eq!(set("diffpath6+diffpath1").dimension(), 7);
 }
 
 #[test]

@@ -9,7 +9,8 @@
 //! | `paper24` | 24 | translation pooled over xyz; rotation x; y; z | trace |
 //! | `paper12` | 12 | translation pooled; rotation pooled ("no split") | trace |
 //! | `r3` | 6 | translation pooled | trace |
-//! | `diffpath6` | 6 | all six channels pooled, as DiffPath does in a Euclidean space | trace |
+//! | `diffpath6` | 6 | all six channels pooled, as DiffPath-6D does in a Euclidean space | trace |
+//! | `diffpath1` | 1 | root of the summed squared changes of eps_hat between steps (DiffPath-1D) | trace |
 //! | `residual` | 36 | log mean denoising error per axis in 6 noise bands | trace |
 //! | `residual-quantiles` | 72 | as `residual`, poses pooled by the 0.9 quantile and the maximum | trace |
 //! | `eps-mean` | 36 | mean of eps_hat per axis in 6 noise bands | trace |
@@ -27,6 +28,7 @@ mod differences;
 mod kinematic;
 mod moments;
 mod paper;
+mod path;
 mod quantile;
 mod set;
 mod statistic;

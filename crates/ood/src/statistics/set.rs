@@ -165,6 +165,15 @@ impl StatisticsSet {
         self.members.iter().any(rotation)
     }
 
+    /// Whether the traces must hold drawn noise: a denoising error has none to be measured from on a
+    /// deterministic path.
+    #[must_use]
+    pub fn needs_noise(&self) -> bool {
+        let denoises =
+            |m: &Statistic| matches!(m, Statistic::Residual | Statistic::ResidualQuantiles);
+        self.members.iter().any(denoises)
+    }
+
     /// Whether [`Sample::window`] is needed.
     #[must_use]
     pub fn needs_window(&self) -> bool {

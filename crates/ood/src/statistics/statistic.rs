@@ -1,6 +1,6 @@
 //! The named members of a set.
 
-use super::{Column, Sample, TraceSummary, bands, differences, kinematic, moments, paper};
+use super::{Column, Sample, TraceSummary, bands, differences, kinematic, moments, paper, path};
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -19,6 +19,8 @@ pub enum Statistic {
     R3,
     /// All six channels pooled.
     Diffpath6,
+    /// Length of the change of the estimate along all steps.
+    Diffpath1,
     /// Log mean denoising error per axis and noise band.
     Residual,
     /// Denoising error pooled over poses by upper quantile and maximum.
@@ -45,11 +47,12 @@ pub(super) enum Source {
 
 impl Statistic {
     /// All statistics, in the order of the documentation.
-    pub const ALL: [Statistic; 11] = [
+    pub const ALL: [Statistic; 12] = [
         Statistic::Paper24,
         Statistic::Paper12,
         Statistic::R3,
         Statistic::Diffpath6,
+        Statistic::Diffpath1,
         Statistic::Residual,
         Statistic::ResidualQuantiles,
         Statistic::EpsMean,
@@ -67,6 +70,7 @@ impl Statistic {
             Statistic::Paper12 => "paper12",
             Statistic::R3 => "r3",
             Statistic::Diffpath6 => "diffpath6",
+            Statistic::Diffpath1 => "diffpath1",
             Statistic::Residual => "residual",
             Statistic::ResidualQuantiles => "residual-quantiles",
             Statistic::EpsMean => "eps-mean",
@@ -91,6 +95,7 @@ impl Statistic {
             Statistic::Paper12 => paper::columns(&paper::NO_SPLIT),
             Statistic::R3 => paper::columns(&paper::TRANSLATION),
             Statistic::Diffpath6 => paper::columns(&paper::ALL),
+            Statistic::Diffpath1 => vec![path::column()],
             Statistic::Residual => bands::columns(&["log_residual"]),
             Statistic::ResidualQuantiles => {
                 bands::columns(&["log_residual_q90", "log_residual_max"])
@@ -159,6 +164,7 @@ impl Statistic {
             Statistic::Paper12 => paper::values(&paper::NO_SPLIT, trace, out),
             Statistic::R3 => paper::values(&paper::TRANSLATION, trace, out),
             Statistic::Diffpath6 => paper::values(&paper::ALL, trace, out),
+            Statistic::Diffpath1 => out.push(path::change_norm(trace)),
             Statistic::Residual => bands::residual(trace, out)?,
             Statistic::ResidualQuantiles => bands::residual_quantiles(trace, out)?,
             Statistic::EpsMean => bands::eps_mean(trace, out)?,

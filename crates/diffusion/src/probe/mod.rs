@@ -1,12 +1,14 @@
 //! Runs the noise estimator along the forward process: the raw material of every statistic.
 
+mod forward;
+mod path;
+
 use crate::error::{Error, check_len};
-use crate::process::{Process, rotation_logs};
+use crate::process::Process;
 use crate::window::{Noise, Window};
 use dose3_model::{Input, NoiseModel};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -18,7 +20,7 @@ pub struct ModelPair {
     pub rotation: Box<dyn NoiseModel>,
 }
 
-/// Which windows share their noise.
+/// Which noise windows are scored with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NoiseSharing {
@@ -29,6 +31,9 @@ pub enum NoiseSharing {
     /// All windows share the same draws (common random numbers): a statistic is then a fixed
     /// function of the window, and differences between windows are not blurred by the draw.
     Common,
+    /// No noise is drawn: the window follows the deterministic DDIM path from itself to noise, along
+    /// the network's own estimates (DiffPath, arXiv 2405.11881). Seed and draws change nothing.
+    None,
 }
 
 /// How windows are noised when they are scored; stored in every detector.
@@ -40,7 +45,7 @@ pub struct ProbeConfig {
     pub draws: usize,
     /// Seed of the draws.
     pub seed: u64,
-    /// Own or common draws.
+    /// Own draws, common ones, or none.
     pub sharing: NoiseSharing,
 }
 
@@ -57,16 +62,25 @@ impl ProbeConfig {
             .collect()
     }
 
-    /// The noise of draw `draw` for `window`. Draws are independent: antithetic pairs were tried
+    /// How many of the draws differ: [`draws`](Self::draws), or 1 where none is drawn.
+    pub fn distinct_draws(&self) -> usize {
+        match self.sharing {
+            NoiseSharing::PerWindow | NoiseSharing::Common => self.draws,
+            NoiseSharing::None => self.draws.min(1),
+        }
+    }
+
+    /// The noise of draw `draw` for `window`, zero where none is drawn. Draws are independent: antithetic pairs were tried
     /// and told data sets apart less well (docs/RESULTS.md).
     pub fn noise(&self, process: &Process, window: Window<'_>, draw: usize) -> Noise {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        let length = window.translation.len() / 3;
         let key = match self.sharing {
             NoiseSharing::PerWindow => content_key(window),
             NoiseSharing::Common => 0,
+            NoiseSharing::None => return Noise::zeros(length),
         };
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(key.wrapping_add(draw as u64));
-        let length = window.translation.len() / 3;
         Noise::draw(&mut rng, length, process.config().rotation_noise)
     }
 }
@@ -104,7 +118,7 @@ pub struct Traces {
     /// `eps_hat`, `[windows, draws, steps, length, 6]`: translation x, y, z, rotation tangent
     /// x, y, z.
     pub eps_hat: Vec<f32>,
-    /// The noise drawn, `[windows, draws, length, 6]`, shared by all steps.
+    /// The noise drawn, `[windows, draws, length, 6]`, shared by all steps; zero where none is.
     pub eps: Vec<f32>,
 }
 
@@ -123,7 +137,9 @@ impl Traces {
 }
 
 /// Runs the networks of `branches` on `windows`, noised by each of `draws` to every visited step,
-/// in one batch over windows, draws and steps.
+/// in one batch over windows, draws and steps. With [`NoiseSharing::None`] each window follows its
+/// DDIM path instead, one batch over windows a step, and the answer holds one draw whatever `draws`
+/// asks for, unless it is empty.
 ///
 /// # Errors
 /// [`Error::Shape`] where windows differ in length; whatever the networks refuse.
@@ -140,70 +156,31 @@ pub fn trace(
         Some(first) if !draws.is_empty() => first.length()?,
         _ => 0,
     };
-    if length == 0 {
-        return Ok(Traces {
-            steps,
-            draws: draws.len(),
-            length,
-            eps_hat: Vec::new(),
-            eps: Vec::new(),
-        });
+    for window in windows.iter().filter(|_| length > 0) {
+        check_len("window translation", length * 3, window.translation.len())?;
+        check_len("window rotation", length * 9, window.rotation.len())?;
     }
-    let batch = windows.len() * draws.len() * steps.len();
-    let mut translation = vec![0.0; batch * length * 3];
-    let mut rotation = vec![0.0; batch * length * 9];
-    let mut eps = vec![0.0; windows.len() * draws.len() * length * 6];
-    let a_draw = steps.len() * length;
-    windows
-        .par_iter()
-        .zip(translation.par_chunks_mut(draws.len() * a_draw * 3))
-        .zip(rotation.par_chunks_mut(draws.len() * a_draw * 9))
-        .zip(eps.par_chunks_mut(draws.len() * length * 6))
-        .try_for_each(|(((window, translation), rotation), eps)| {
-            check_len("window translation", length * 3, window.translation.len())?;
-            check_len("window rotation", length * 9, window.rotation.len())?;
-            let logs = match branches {
-                Branches::Both => rotation_logs(window.rotation),
-                Branches::Translation => Vec::new(),
-            };
-            for (d, draw) in draws.clone().enumerate() {
-                let noise = config.noise(process, *window, draw);
-                for (k, t) in steps.iter().enumerate() {
-                    let i = d * a_draw + k * length;
-                    let out = &mut translation[i * 3..(i + length) * 3];
-                    process.noise_translations(window.translation, &noise, *t, out)?;
-                    if branches == Branches::Both {
-                        let out = &mut rotation[i * 9..(i + length) * 9];
-                        process.noise_rotations(&logs, &noise, *t, out)?;
-                    }
-                }
-                let out = &mut eps[d * length * 6..(d + 1) * length * 6];
-                interleave(&noise.translation, &noise.rotation, out);
-            }
-            Ok::<_, Error>(())
-        })?;
-    let times: Vec<f32> = (0..batch).map(|b| steps[b % steps.len()] as f32).collect();
-    let run = |model: &mut dyn NoiseModel, x: &[f32], out: &mut [f32]| {
-        let input = Input {
-            x,
-            steps: &times,
-            batch,
-            length,
-        };
-        model.forward(input, out)
+    let draws = match config.sharing {
+        NoiseSharing::PerWindow | NoiseSharing::Common => draws,
+        NoiseSharing::None => 0..draws.len().min(1),
     };
-    let (mut of_translation, mut of_rotation) =
-        (vec![0.0; batch * length * 3], vec![0.0; batch * length * 3]);
-    run(
-        models.translation.as_mut(),
-        &translation,
-        &mut of_translation,
-    )?;
-    if branches == Branches::Both {
-        run(models.rotation.as_mut(), &rotation, &mut of_rotation)?;
-    }
-    let mut eps_hat = vec![0.0; batch * length * 6];
-    interleave(&of_translation, &of_rotation, &mut eps_hat);
+    let task = Task {
+        process,
+        steps: &steps,
+        windows,
+        length,
+        branches,
+    };
+    let (eps_hat, eps) = match config.sharing {
+        _ if length == 0 => (Vec::new(), Vec::new()),
+        NoiseSharing::PerWindow | NoiseSharing::Common => {
+            forward::run(models, &task, config, draws.clone())?
+        }
+        NoiseSharing::None => (
+            path::run(models, &task)?,
+            vec![0.0; windows.len() * length * 6],
+        ),
+    };
     Ok(Traces {
         steps,
         draws: draws.len(),
@@ -213,6 +190,54 @@ pub fn trace(
     })
 }
 
+/// What a trace is taken of.
+struct Task<'a> {
+    process: &'a Process,
+    /// Steps visited, ascending.
+    steps: &'a [usize],
+    /// Windows of `length` poses each.
+    windows: &'a [Window<'a>],
+    length: usize,
+    branches: Branches,
+}
+
+impl Task<'_> {
+    /// The estimate for each of `times.len()` states, `[batch, length, 6]`; `rotation` is not read
+    /// where its branch does not run.
+    fn estimate(
+        &self,
+        models: &mut ModelPair,
+        translation: &[f32],
+        rotation: &[f32],
+        times: &[f32],
+    ) -> Result<Vec<f32>, Error> {
+        let (batch, length) = (times.len(), self.length);
+        let run = |model: &mut dyn NoiseModel, x: &[f32], out: &mut [f32]| {
+            let input = Input {
+                x,
+                steps: times,
+                batch,
+                length,
+            };
+            model.forward(input, out)
+        };
+        let mut of_translation = vec![0.0; batch * length * 3];
+        let mut of_rotation = vec![0.0; batch * length * 3];
+        run(
+            models.translation.as_mut(),
+            translation,
+            &mut of_translation,
+        )?;
+        if self.branches == Branches::Both {
+            run(models.rotation.as_mut(), rotation, &mut of_rotation)?;
+        }
+        let mut eps_hat = vec![0.0; batch * length * 6];
+        interleave(&of_translation, &of_rotation, &mut eps_hat);
+        Ok(eps_hat)
+    }
+}
+
+/// `[n, 3]` and `[n, 3]` to `[n, 6]`.
 fn interleave(translation: &[f32], rotation: &[f32], out: &mut [f32]) {
     for ((out, t), r) in out
         .chunks_exact_mut(6)
