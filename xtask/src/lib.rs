@@ -7,5 +7,6 @@ pub mod bench;
 pub mod benchmark;
 pub mod data;
 pub mod fetch;
+pub mod learned;
 pub mod provenance;
 pub mod release;

@@ -19,7 +19,7 @@ use std::time::Instant;
 /// AUROC (docs/RESULTS.md).
 const STEPS: usize = 4000;
 /// Rate of the `motion` model, hertz: that of KITTI, the slowest of the data sets.
-const RATE: f64 = 10.0;
+pub const RATE: f64 = 10.0;
 
 /// Which of the shipped models.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

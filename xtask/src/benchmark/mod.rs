@@ -251,7 +251,7 @@ fn load(args: &BenchmarkArgs) -> Result<(Option<String>, Vec<DataSet>)> {
         "no table of real data can be made (--data, $DOSE3_DATA, data/): SYNTHETIC data sets, \
          generated here. These numbers say nothing about the paper's."
     );
-    Ok((None, sets::synthetic(0, if args.quick { 4 } else { 8 })?))
+    Ok((None, sets::synthetic(0, sets::synthetic_logs(args.quick))?))
 }
 
 fn one_run(

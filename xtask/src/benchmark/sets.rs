@@ -145,6 +145,11 @@ pub fn real(root: &DataRoot) -> Result<Vec<DataSet>> {
     .collect()
 }
 
+/// Logs in each synthetic set of the benchmark.
+pub const fn synthetic_logs(quick: bool) -> usize {
+    if quick { 4 } else { 8 }
+}
+
 /// A vehicle, a hand-held object and a drone, generated from `seed`.
 ///
 /// # Errors
