@@ -7,6 +7,7 @@ pub mod bench;
 pub mod benchmark;
 pub mod data;
 pub mod fetch;
+pub mod learned;
 pub mod provenance;
 pub mod release;
 pub mod study;

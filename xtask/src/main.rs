@@ -22,6 +22,11 @@ enum Task {
     Bench(xtask::bench::BenchArgs),
     /// Train the weights that ship with the program (about ten minutes on 2 idle cores).
     TrainReleaseModel(xtask::release::ReleaseArgs),
+    /// Train the learned baselines, Glow and JEM, on KITTI (needs the feature `baselines`)
+    TrainBaselines(xtask::learned::TrainArgs),
+    /// Scores of the learned baselines for the windows of the benchmark
+    #[command(hide = true)]
+    BaselineScores(xtask::learned::ScoresArgs),
     /// Download KITTI poses; say how to get RobotCar and IROS20, and check what is there.
     FetchData(xtask::fetch::FetchArgs),
 }
@@ -34,6 +39,12 @@ fn main() -> ExitCode {
         Task::Bench(args) => xtask::bench::run(&args),
         Task::TrainReleaseModel(args) => {
             use_threads(args.threads).and_then(|()| xtask::release::run(&args))
+        }
+        Task::TrainBaselines(args) => {
+            use_threads(args.threads).and_then(|()| xtask::learned::train(&args))
+        }
+        Task::BaselineScores(args) => {
+            use_threads(args.request.threads).and_then(|()| xtask::learned::write_scores(&args))
         }
         Task::FetchData(args) => xtask::fetch::run(args),
     };

@@ -1,6 +1,6 @@
 //! `cargo xtask train-release-model`: the weights that ship with the program.
 
-use crate::benchmark::faults::protocol::{Role, role};
+use crate::benchmark::faults::protocol::{Role, at_rate, role};
 use crate::benchmark::sets;
 use crate::data::DataRoot;
 use crate::study;
@@ -163,6 +163,12 @@ impl ReleaseArgs {
         self.steps.unwrap_or(STEPS)
     }
 
+    /// Diffusion steps T.
+    pub fn diffusion_steps(&self) -> usize {
+        self.diffusion_steps
+            .unwrap_or_else(|| self.recipe.diffusion_steps())
+    }
+
     /// The settings of the run; `hold_out` names the validation logs.
     pub fn options(&self, hold_out: Vec<String>) -> TrainOptions {
         let (kind, scaling, schedule) = match self.recipe {
@@ -172,14 +178,13 @@ impl ReleaseArgs {
             Recipe::Paper => (Kind::Paper, Scaling::PerWindow, NoiseSchedule::COSINE),
             Recipe::Motion => (Kind::Motion, Scaling::PerAxis, NoiseSchedule::LOG_SIGMA),
         };
-        let diffusion_steps = self.recipe.diffusion_steps();
         TrainOptions {
             kind,
             scaling,
             window: self.window,
             network: PairConfig::new(self.width, &self.multipliers),
             process: ProcessConfig {
-                steps: self.diffusion_steps.unwrap_or(diffusion_steps),
+                steps: self.diffusion_steps(),
                 translation: schedule,
                 rotation: match self.rotation_schedule {
                     None => schedule,
@@ -243,7 +248,7 @@ impl ReleaseArgs {
     fn at_rate(&self, log: &Trajectory) -> Result<Trajectory> {
         match self.recipe {
             Recipe::Paper => Ok(log.clone()),
-            Recipe::Motion => sets::at_rate(log, RATE),
+            Recipe::Motion => at_rate(log, RATE),
         }
     }
 }

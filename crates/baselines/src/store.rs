@@ -8,6 +8,7 @@ use safetensors::tensor::{Dtype, TensorView};
 use safetensors::{SafeTensors, serialize};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
 
 use crate::Error;
 use crate::layers::download;
@@ -15,6 +16,8 @@ use crate::source::Stored;
 
 /// The one metadata key. One only: safetensors writes several in a random order.
 const HEADER: &str = "dose3.baseline";
+/// The field of the header that is the caller's.
+const NOTE: &str = "note";
 
 /// All parameters of `network`, named `prefix` + path, added to `tensors`.
 pub(crate) fn collect<M: Module>(
@@ -67,6 +70,28 @@ impl ModuleVisitor for Collector<'_> {
             Err(error) => self.error = Some(error),
         }
     }
+}
+
+/// `weights` (the bytes of a baseline) with `note` in their header: what a caller wants to know of them
+/// later. They are read as before.
+///
+/// # Errors
+/// Bytes that are no weights of a baseline, or a note that is no JSON.
+pub fn annotate(weights: &[u8], note: &impl Serialize) -> Result<Vec<u8>, Error> {
+    let (mut header, tensors): (Map<String, Value>, _) = read(weights)?;
+    let note = serde_json::to_value(note).map_err(|error| Error::Header(error.to_string()))?;
+    header.insert(NOTE.to_owned(), note);
+    write(&header, &tensors)
+}
+
+/// The note that [`annotate`] put into the header.
+///
+/// # Errors
+/// Bytes that are no weights of a baseline, or have no such note.
+pub fn annotation<N: DeserializeOwned>(weights: &[u8]) -> Result<N, Error> {
+    let (mut header, _): (Map<String, Value>, _) = read(weights)?;
+    let note = header.remove(NOTE).unwrap_or_default();
+    serde_json::from_value(note).map_err(|error| Error::Header(format!("{NOTE}: {error}")))
 }
 
 /// The same header and tensors give the same bytes.

@@ -1,5 +1,6 @@
 //! `cargo xtask benchmark`: the AUROC table of the paper, with honest columns beside it.
 
+mod all;
 mod cells;
 pub(crate) mod faults;
 mod paper;
@@ -50,6 +51,9 @@ pub struct BenchmarkArgs {
     /// Faults instead of the paper's table
     #[command(flatten)]
     pub faults: FaultArgs,
+    /// Everything that the paper shows
+    #[command(flatten)]
+    pub all: all::AllArgs,
     /// Train anew instead of using shipped weights, once per seed (KITTI, or the synthetic vehicle)
     #[arg(long)]
     pub retrain: bool,
@@ -157,6 +161,9 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
     if args.seeds == 0 || args.stride == 0 || args.draws == Some(0) {
         bail!("--seeds, --stride and --draws must be at least 1");
     }
+    if args.all.all {
+        return all::run(args);
+    }
     if args.faults.faults {
         return faults::run(args);
     }
@@ -251,7 +258,7 @@ fn load(args: &BenchmarkArgs) -> Result<(Option<String>, Vec<DataSet>)> {
         "no table of real data can be made (--data, $DOSE3_DATA, data/): SYNTHETIC data sets, \
          generated here. These numbers say nothing about the paper's."
     );
-    Ok((None, sets::synthetic(0, if args.quick { 4 } else { 8 })?))
+    Ok((None, sets::synthetic(0, sets::synthetic_logs(args.quick))?))
 }
 
 fn one_run(

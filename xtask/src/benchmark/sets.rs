@@ -4,8 +4,11 @@ use crate::data::DataRoot;
 use crate::release::HELD_OUT;
 use anyhow::{Context, Result, bail};
 use dose3_datasets::synthetic::{Platform, suite};
-use dose3_datasets::{LoadOptions, Trajectory, Window, load_all, resample, windows};
+use dose3_datasets::{LoadOptions, Trajectory, Window, load_all, windows};
 use std::collections::BTreeSet;
+
+/// Poses between the starts of windows, or a multiple of it.
+pub const STRIDE: usize = 32;
 
 /// One data set with its windows.
 #[derive(Clone)]
@@ -56,18 +59,18 @@ impl DataSet {
         self.choose_test_logs(held_out, trained);
     }
 
-    /// Cuts windows at the smallest multiple of `stride` that leaves at most `most` of them, or one a
+    /// Cuts windows at the smallest multiple of [`STRIDE`] that leaves at most `most` of them, or one a
     /// gap-free stretch where that is more; answers the stride.
-    pub fn cut(&mut self, poses: usize, stride: usize, most: usize) -> usize {
+    pub fn cut(&mut self, poses: usize, most: usize) -> usize {
         let lengths = self.trajectories.iter().map(|log| log.poses.len());
         let longest = lengths.max().unwrap_or(0);
-        let mut chosen = stride;
+        let mut chosen = STRIDE;
         loop {
             self.windows = windows(&self.trajectories, poses, chosen);
             if self.windows.len() <= most || chosen > longest {
                 return chosen;
             }
-            chosen += stride;
+            chosen += STRIDE;
         }
     }
 
@@ -175,15 +178,9 @@ pub fn kitti_held_out(logs: &[Trajectory]) -> Vec<String> {
         .collect()
 }
 
-/// A log at `rate` hertz: a faster one is interpolated down, any other is returned as it is.
-///
-/// # Errors
-/// A log that cannot be resampled.
-pub fn at_rate(log: &Trajectory, rate: f64) -> Result<Trajectory> {
-    match log.rate.hertz > rate * 1.05 {
-        true => Ok(resample(log, rate)?),
-        false => Ok(log.clone()),
-    }
+/// Logs in each synthetic set of the benchmark.
+pub const fn synthetic_logs(quick: bool) -> usize {
+    if quick { 4 } else { 8 }
 }
 
 /// A vehicle, a hand-held object and a drone, generated from `seed`.
@@ -208,14 +205,14 @@ mod tests {
     #[test]
     fn a_cut_takes_the_smallest_stride_that_leaves_few_enough_windows() {
         let mut set = synthetic(0, 3).unwrap().remove(0);
-        assert_eq!(set.cut(64, 16, usize::MAX), 16);
+        assert_eq!(set.cut(64, usize::MAX), STRIDE);
         let all = set.windows.len();
-        let stride = set.cut(64, 16, all / 3);
+        let stride = set.cut(64, all / 3);
         assert!(set.windows.len() <= all / 3);
-        set.windows = windows(&set.trajectories, 64, stride - 16);
+        set.windows = windows(&set.trajectories, 64, stride - STRIDE);
         assert!(set.windows.len() > all / 3);
         // Fewer than one a log cannot be had.
-        set.cut(64, 16, 1);
+        set.cut(64, 1);
         assert!(set.windows.len() >= set.trajectories.len());
     }
 }

@@ -1,6 +1,6 @@
 //! Everything the jobs found, as the tables ask for it.
 
-use super::measure::{Found, Pass, RowFound};
+use super::measure::{Cost, Found, RowFound};
 use super::table::{Entry, Line};
 use crate::benchmark::cells::{Cell, Protocol};
 use crate::benchmark::paper::printed;
@@ -64,7 +64,13 @@ impl Findings {
     }
 
     /// One cell of a row.
-    pub fn cell(&self, job: &str, row: &str, protocol: Protocol, at: (char, char)) -> Option<&Cell> {
+    pub fn cell(
+        &self,
+        job: &str,
+        row: &str,
+        protocol: Protocol,
+        at: (char, char),
+    ) -> Option<&Cell> {
         let cells = &self.row(job, row, protocol)?.cells;
         cells.iter().find(|c| (c.id, c.ood) == at)
     }
@@ -93,7 +99,11 @@ impl Findings {
 
     /// A line of all columns and their mean; where no job ran, the reason.
     pub fn line(&self, label: &str, query: Query<'_>) -> Line {
-        if query.jobs.iter().all(|job| self.row(job, query.row, query.protocol).is_none()) {
+        if query
+            .jobs
+            .iter()
+            .all(|job| self.row(job, query.row, query.protocol).is_none())
+        {
             let reason = Entry::from(format!("not run: {}", self.reason(query.jobs)));
             return Line::new(label, vec![reason]);
         }
@@ -142,9 +152,9 @@ impl Findings {
             .collect()
     }
 
-    /// The pass that a row of a job was computed in.
-    pub fn pass(&self, job: &str, noise: Option<dose3_diffusion::NoiseSharing>) -> Option<&Pass> {
-        self.found(job)?.passes.iter().find(|p| p.noise == noise)
+    /// What a row of a job costs.
+    pub fn cost(&self, job: &str, row: &str) -> Option<&Cost> {
+        self.found(job)?.costs.iter().find(|c| c.row == row)
     }
 }
 
@@ -199,7 +209,7 @@ pub mod tests {
             steps: (30, 30),
             trained_on: vec!["00".into()],
             sets: Vec::new(),
-            passes: Vec::new(),
+            costs: Vec::new(),
             seconds: 1.0,
             rows: rows
                 .iter()
@@ -225,7 +235,14 @@ pub mod tests {
 
     #[test]
     fn columns_are_in_the_order_of_the_paper() {
-        let pairs = [('O', 'K'), ('K', 'O'), ('O', 'I'), ('I', 'O'), ('K', 'I'), ('I', 'K')];
+        let pairs = [
+            ('O', 'K'),
+            ('K', 'O'),
+            ('O', 'I'),
+            ('I', 'O'),
+            ('K', 'I'),
+            ('I', 'K'),
+        ];
         assert_eq!(columns(&['O', 'K', 'I']), pairs);
     }
 
@@ -246,7 +263,10 @@ pub mod tests {
         assert_eq!(line.cells.len(), 7);
         assert_eq!(line.cells[0].text, "0.600 ± 0.141");
         assert_eq!(line.cells[6].text, "0.600");
-        assert_eq!(findings.line("x", query(&["c"])).cells[0].text, "not run: no weights");
+        assert_eq!(
+            findings.line("x", query(&["c"])).cells[0].text,
+            "not run: no weights"
+        );
         assert_eq!(findings.printed_line("r3").unwrap().cells[0].text, "0.362");
         assert!(findings.printed_line("kinematic").is_none());
     }

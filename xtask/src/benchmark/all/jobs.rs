@@ -1,12 +1,13 @@
 //! What `benchmark --all` runs: one job a network and way of evaluating it.
 
+use super::measure;
 use super::rows::{BOTH_NOISES, NETWORK, PLAIN, READINGS, Row, TRAINING_SETS};
-use crate::study::KITTI;
+use crate::study::{self, KITTI};
 use dose3_diffusion::NoiseSharing;
 use serde::Serialize;
 
 /// Most windows a set in the main table.
-const MAIN: usize = 700;
+pub const MAIN: usize = 700;
 /// Most windows a set in the other tables.
 const SIDE: usize = 500;
 
@@ -55,6 +56,20 @@ impl Job {
             change: Change::None,
             main: false,
         }
+    }
+
+    /// About how many elements of windows the networks see, for estimates of time.
+    pub fn work(&self, quick: bool, sets: usize) -> u64 {
+        let (length, steps) = study::settings(self.network)
+            .map(|s| (s.window, s.diffusion_steps()))
+            .unwrap_or((128, 30));
+        let networks = self
+            .passes()
+            .into_iter()
+            .filter(|(noise, _)| noise.is_some());
+        let draws: usize = networks.map(|(_, draws)| draws).sum();
+        let (most, steps) = measure::reduced(quick, self.most, steps);
+        (most * sets * steps * length * draws) as u64
     }
 
     /// The kinds of noise that its rows need, each with the most draws; none for rows without a network.
@@ -164,7 +179,11 @@ mod tests {
         }
         // No network of the study is trained for nothing.
         for network in &study::NETWORKS {
-            assert!(jobs.iter().any(|j| j.network == network.name), "{}", network.name);
+            assert!(
+                jobs.iter().any(|j| j.network == network.name),
+                "{}",
+                network.name
+            );
         }
     }
 
@@ -173,6 +192,12 @@ mod tests {
         let jobs = plan(true);
         let readings = jobs.iter().find(|j| j.key == "readings").unwrap();
         let passes = readings.passes();
-        assert_eq!(passes, [(Some(NoiseSharing::PerWindow), 4), (Some(NoiseSharing::Common), 2)]);
+        assert_eq!(
+            passes,
+            [
+                (Some(NoiseSharing::PerWindow), 4),
+                (Some(NoiseSharing::Common), 2)
+            ]
+        );
     }
 }

@@ -4,7 +4,8 @@ use super::figures::Curve;
 use super::jobs::{Change, Job};
 use super::rows::Row;
 use crate::benchmark::cells::{Cell, Fitted, Protocol, Rows, cell};
-use crate::benchmark::sets::{DataSet, at_rate, kitti_held_out};
+use crate::benchmark::faults::protocol::at_rate;
+use crate::benchmark::sets::{DataSet, kitti_held_out};
 use anyhow::{Context, Result};
 use dose3::backend::Backend;
 use dose3::features::Extractor;
@@ -52,12 +53,27 @@ pub struct Found {
     pub trained_on: Vec<String>,
     /// The sets.
     pub sets: Vec<SetFound>,
-    /// Seconds and windows of each pass over the windows.
-    pub passes: Vec<Pass>,
     /// Wall time.
     pub seconds: f64,
     /// Rows under each protocol.
     pub rows: Vec<RowFound>,
+    /// What each row costs.
+    pub costs: Vec<Cost>,
+}
+
+/// What a row costs.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Cost {
+    /// Key of the row.
+    pub row: String,
+    /// Numbers that were trained.
+    pub parameters: usize,
+    /// Scoring time of a window.
+    pub milliseconds: f64,
+    /// Seconds of training, where they were recorded then.
+    pub training_seconds: Option<f64>,
+    /// How training ended, where that needs to be said.
+    pub remark: String,
 }
 
 /// One set as a job saw it.
@@ -77,19 +93,6 @@ pub struct SetFound {
     pub test_logs: Vec<String>,
 }
 
-/// One pass over all windows.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Pass {
-    /// Own, common or no noise; none where no network runs.
-    pub noise: Option<NoiseSharing>,
-    /// Draws a window.
-    pub draws: usize,
-    /// Windows of all sets.
-    pub windows: usize,
-    /// Wall time.
-    pub seconds: f64,
-}
-
 /// A row under a protocol.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RowFound {
@@ -103,19 +106,23 @@ pub struct RowFound {
     pub curves: Vec<Curve>,
 }
 
+/// Most windows a set and diffusion steps visited: `quick` takes a fifth and a third.
+pub fn reduced(quick: bool, most: usize, steps: usize) -> (usize, usize) {
+    match quick {
+        true => (most / 5, steps.div_ceil(3)),
+        false => (most, steps),
+    }
+}
+
 impl Settings<'_> {
     /// Most windows a set.
     pub fn most(&self, of_job: usize) -> usize {
-        if self.quick { of_job / 5 } else { of_job }
+        reduced(self.quick, of_job, 0).0
     }
 
     /// Diffusion steps visited of `of_model`.
     pub fn visited(&self, of_model: usize) -> usize {
-        if self.quick {
-            of_model.div_ceil(3)
-        } else {
-            of_model
-        }
+        reduced(self.quick, 0, of_model).1
     }
 
     fn bootstrap(&self, job: &Job) -> Bootstrap {
@@ -150,7 +157,12 @@ pub fn prepare(
         .flat_map(|set| kitti_held_out(&set.trajectories))
         .collect();
     held_out.extend(header.training.validation.iter().map(|r| r.sha256.clone()));
-    let trained: Vec<String> = header.training.logs.iter().map(|r| r.sha256.clone()).collect();
+    let trained: Vec<String> = header
+        .training
+        .logs
+        .iter()
+        .map(|r| r.sha256.clone())
+        .collect();
     sets.iter()
         .map(|set| {
             let mut set = set.clone();
@@ -164,7 +176,7 @@ pub fn prepare(
                     degrees_twice(log);
                 }
             }
-            let stride = set.cut(kind.poses(header.window), 32, most);
+            let stride = set.cut(kind.poses(header.window), most);
             Ok((set, stride))
         })
         .collect()
@@ -198,7 +210,8 @@ pub fn run(
         false => model.parameters.clone(),
     };
     let mut models = settings.backend.load(&parameters, settings.threads)?;
-    let mut passes = Vec::new();
+    let windows: usize = prepared.iter().map(|(set, _)| set.windows.len()).sum();
+    let mut costs = Vec::new();
     let mut rows = vec![vec![Vec::new(); prepared.len()]; job.rows.len()];
     for (noise, draws) in job.passes() {
         let begin = Instant::now();
@@ -220,12 +233,18 @@ pub fn run(
                 rows[r][s] = found;
             }
         }
-        passes.push(Pass {
-            noise,
-            draws,
-            windows: prepared.iter().map(|(set, _)| set.windows.len()).sum(),
-            seconds: begin.elapsed().as_secs_f64(),
-        });
+        let seconds = begin.elapsed().as_secs_f64() / (windows * draws).max(1) as f64;
+        let of_pass = job.rows.iter().filter(|row| row.noise == noise);
+        costs.extend(of_pass.map(|row| Cost {
+            row: row.key.into(),
+            parameters: match noise {
+                Some(_) => parameters.config().parameter_count(),
+                None => 0,
+            },
+            milliseconds: 1e3 * seconds * row.draws as f64,
+            training_seconds: None,
+            remark: String::new(),
+        }));
     }
     let mut found = Vec::new();
     for (row, rows) in job.rows.iter().zip(&rows) {
@@ -245,8 +264,11 @@ pub fn run(
         window: header.window,
         steps: (process.steps(), settings.visited(process.steps())),
         trained_on: names(&header.training.logs),
-        sets: prepared.iter().map(|(set, stride)| SetFound::new(set, *stride)).collect(),
-        passes,
+        sets: prepared
+            .iter()
+            .map(|(set, stride)| SetFound::new(set, *stride))
+            .collect(),
+        costs,
         seconds: start.elapsed().as_secs_f64(),
         rows: found,
     })
@@ -307,7 +329,10 @@ fn statistics(
         }
         Ok(())
     })?;
-    Ok(of_pass.into_iter().map(|(i, _, found)| (i, found)).collect())
+    Ok(of_pass
+        .into_iter()
+        .map(|(i, _, found)| (i, found))
+        .collect())
 }
 
 fn row_found(
@@ -333,7 +358,13 @@ fn row_found(
             let other = fitted.score(&side(o))?;
             let (id, ood) = (sets[i].0.letter, sets[o].0.letter);
             let bootstrap = settings.bootstrap(job);
-            cells.push(cell((id, ood), fitted.fit_windows(), fitted.tested(), &other, bootstrap)?);
+            cells.push(cell(
+                (id, ood),
+                fitted.fit_windows(),
+                fitted.tested(),
+                &other,
+                bootstrap,
+            )?);
             if job.main && protocol == Protocol::Paper {
                 let points = roc(&fitted.tested().scores, &other.scores)?;
                 curves.push(Curve {
@@ -368,7 +399,10 @@ mod tests {
     fn a_thinned_curve_keeps_its_ends() {
         let points: Vec<(f64, f64)> = (0..=1000).map(|i| (f64::from(i), 0.0)).collect();
         let kept = thinned(&points);
-        assert_eq!((kept.len(), kept[0].0, kept[CURVE - 1].0), (CURVE, 0.0, 1000.0));
+        assert_eq!(
+            (kept.len(), kept[0].0, kept[CURVE - 1].0),
+            (CURVE, 0.0, 1000.0)
+        );
         assert_eq!(thinned(&points[..2]), points[..2]);
         assert!(thinned(&[]).is_empty());
     }
@@ -377,12 +411,9 @@ mod tests {
     fn converting_radians_again_shrinks_every_angle() {
         let angles = (0.2, -0.1, 3.0_f64);
         let rotation = Rotation::from_euler_angles(angles.0, angles.1, angles.2);
-        let mut log = dose3_datasets::synthetic::suite(
-            dose3_datasets::synthetic::Platform::Vehicle,
-            1,
-            0,
-        )
-        .remove(0);
+        let mut log =
+            dose3_datasets::synthetic::suite(dose3_datasets::synthetic::Platform::Vehicle, 1, 0)
+                .remove(0);
         log.poses.truncate(1);
         log.poses[0].rotation = rotation;
         degrees_twice(&mut log);

@@ -122,7 +122,7 @@ const SPLIT_COMMON: Row = Row::new(
     1,
     "SE(3), rotation split, one noise draw for all windows",
 );
-const R3: Row = Row::new("r3", "r3", PerWindow, 1, "R^3, translation alone (6)");
+const R3: Row = Row::new("r3", "r3", OWN, 1, "R^3, translation alone (6)");
 const R3_COMMON: Row = Row::new(
     "r3-common",
     "r3",
@@ -196,20 +196,8 @@ pub const TRAINING_SETS: [Row; 4] = [R3, R3_COMMON, SPLIT, SPLIT_COMMON];
 /// What choices of the evaluation do to the split statistics of one and the same network.
 pub const READINGS: [Row; 9] = [
     SPLIT,
-    Row::new(
-        "draws2",
-        "paper24",
-        OWN,
-        2,
-        "2 noise draws a window",
-    ),
-    Row::new(
-        "draws4",
-        "paper24",
-        OWN,
-        4,
-        "4 noise draws a window",
-    ),
+    Row::new("draws2", "paper24", OWN, 2, "2 noise draws a window"),
+    Row::new("draws4", "paper24", OWN, 4, "4 noise draws a window"),
     SPLIT_COMMON,
     Row::new(
         "common2",

@@ -36,7 +36,11 @@ pub fn shortfalls(findings: &Findings) -> Table {
             untrained: None,
         });
     }
-    for (row, common) in [("r3", None), ("paper12", None), ("paper24", Some("paper24-common"))] {
+    for (row, common) in [
+        ("r3", None),
+        ("paper12", None),
+        ("paper24", Some("paper24-common")),
+    ] {
         pairs.push(Pair {
             printed: row.into(),
             jobs: present(findings, &main),
@@ -75,7 +79,9 @@ pub fn shortfalls(findings: &Findings) -> Table {
              testing windows that the density was fitted on, as the authors' code does; one noise draw that all \
              windows share instead of one each; or both."
         ),
-        head: ["row", "ID/OOD", "here", "printed", "why"].map(String::from).to_vec(),
+        head: ["row", "ID/OOD", "here", "printed", "why"]
+            .map(String::from)
+            .to_vec(),
         rows,
         notes: Vec::new(),
     }
@@ -90,7 +96,14 @@ impl Pair<'_> {
     fn line(&self, findings: &Findings, at: (char, char)) -> Option<Line> {
         let target = printed(&self.printed, at.0, at.1).filter(|_| findings.real)?;
         let value = |jobs: &[&str], row: &str, protocol: Protocol| {
-            findings.mean(Query { jobs, row, protocol }, at)
+            findings.mean(
+                Query {
+                    jobs,
+                    row,
+                    protocol,
+                },
+                at,
+            )
         };
         let here = value(&self.jobs, self.row, Protocol::Paper)?;
         if here >= target - TOLERANCE {
@@ -98,7 +111,9 @@ impl Pair<'_> {
         }
         let fitted = value(&self.jobs, self.row, Protocol::ReleasedCode);
         let common = |protocol| self.common.and_then(|row| value(&self.jobs, row, protocol));
-        let untrained = self.untrained.and_then(|job| value(&[job], self.row, Protocol::Paper));
+        let untrained = self
+            .untrained
+            .and_then(|job| value(&[job], self.row, Protocol::Paper));
         let why = why(
             target,
             fitted,
@@ -112,7 +127,10 @@ impl Pair<'_> {
             format!("{target:.3}"),
             why,
         ];
-        Some(Line::new(self.printed.clone(), cells.map(Entry::from).to_vec()))
+        Some(Line::new(
+            self.printed.clone(),
+            cells.map(Entry::from).to_vec(),
+        ))
     }
 }
 
@@ -159,7 +177,10 @@ mod tests {
         assert!(why(0.9, Some(0.95), Some(0.95), None, None).starts_with("unseen test logs"));
         assert!(why(0.9, short, Some(0.89), None, None).starts_with("a noise draw"));
         assert!(why(0.9, short, short, Some(0.9), None).starts_with("both"));
-        assert_eq!(why(0.9, short, None, None, None), "neither closes it (on fitted windows 0.500)");
+        assert_eq!(
+            why(0.9, short, None, None, None),
+            "neither closes it (on fitted windows 0.500)"
+        );
     }
 
     #[test]
@@ -170,7 +191,11 @@ mod tests {
         ];
         let table = shortfalls(&findings([job("main-kitti", &rows)]));
         // The paper prints .770 for K/O and .793 for K/I, all else is below .6.
-        let cells: Vec<&str> = table.rows.iter().map(|r| r.cells[0].text.as_str()).collect();
+        let cells: Vec<&str> = table
+            .rows
+            .iter()
+            .map(|r| r.cells[0].text.as_str())
+            .collect();
         assert_eq!(cells, ["K/O", "K/I"]);
         assert!(table.rows[0].cells[3].text.starts_with("unseen test logs"));
     }

@@ -79,18 +79,28 @@ impl Table {
 
     /// The table as HTML.
     pub fn html(&self) -> String {
-        let mut out = format!("<h3>{}</h3>\n<p>{}</p>\n", escaped(&self.title), inline(&self.text));
+        let mut out = format!(
+            "<h3>{}</h3>\n<p>{}</p>\n",
+            escaped(&self.title),
+            inline(&self.text)
+        );
         out += "<div class=\"scroll\"><table><thead><tr>";
         for head in &self.head {
             let _ = write!(out, "<th>{}</th>", escaped(head));
         }
         out += "</tr></thead><tbody>\n";
         for row in &self.rows {
-            let class = if row.printed { " class=\"printed\"" } else { "" };
+            let class = if row.printed {
+                " class=\"printed\""
+            } else {
+                ""
+            };
             let _ = write!(out, "<tr{class}><th>{}</th>", inline(&row.label));
             for cell in &row.cells {
                 let shade = match cell.auroc {
-                    Some(value) if !row.printed => format!(" style=\"background:{}\"", shade(value)),
+                    Some(value) if !row.printed => {
+                        format!(" style=\"background:{}\"", shade(value))
+                    }
                     _ => String::new(),
                 };
                 let _ = write!(out, "<td{shade}>{}</td>", inline(&cell.text));
@@ -119,7 +129,9 @@ fn shade(auroc: f64) -> String {
 
 /// Text safe between tags.
 pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }
 
 /// As [`escaped`], with `code` between backticks.

@@ -27,11 +27,14 @@ pub const LEARNED_MOTION: &str = "learned-motion-seed0";
 /// The learned baselines: key and label.
 pub const LEARNED: [(&str, &str); 2] = [
     ("jem", "JEM (trained on KITTI, not refitted)"),
-    ("glow", "Glow, likelihood ratio (trained on KITTI, not refitted)"),
+    (
+        "glow",
+        "Glow, likelihood ratio (trained on KITTI, not refitted)",
+    ),
 ];
 
-/// The rows that the paper prints, in its order, then the others.
-const ORDER: [&str; 9] = [
+/// The rows of the main table without those of the learned baselines: those that the paper prints, in its order, then the others.
+pub const ORDER: [&str; 9] = [
     "r3",
     "paper12",
     "paper24",
@@ -147,7 +150,11 @@ pub fn present<'a>(findings: &Findings, jobs: &[&'a str]) -> Vec<&'a str> {
         .copied()
         .filter(|j| findings.outcomes.contains_key(*j))
         .collect();
-    if known.is_empty() { jobs.to_vec() } else { known }
+    if known.is_empty() {
+        jobs.to_vec()
+    } else {
+        known
+    }
 }
 
 /// What a row of the main table is called.
@@ -280,7 +287,11 @@ pub fn metrics(findings: &Findings) -> Table {
 /// The sets of the main table.
 pub fn data(findings: &Findings) -> Table {
     let mut rows = Vec::new();
-    for job in [format!("main-{}", SEEDS[0]), REFERENCE.into(), "motion".into()] {
+    for job in [
+        format!("main-{}", SEEDS[0]),
+        REFERENCE.into(),
+        "motion".into(),
+    ] {
         let Some(found) = findings.found(&job) else {
             continue;
         };
@@ -334,6 +345,10 @@ mod tests {
         assert!(table.rows[split + 1].printed);
         assert_eq!(table.rows[split + 1].cells[0].text, "1.000");
         assert!(table.rows[0].cells[0].text.starts_with("not run"));
-        assert!(training_sets(&found).rows[0].cells[0].text.starts_with("not run"));
+        assert!(
+            training_sets(&found).rows[0].cells[0]
+                .text
+                .starts_with("not run")
+        );
     }
 }

@@ -1,0 +1,170 @@
+//! Samples on their way from noise to poses, beside real windows.
+
+mod drawing;
+
+use super::plane::{Plane, forward};
+use super::select::{Selection, check, network, trained_on};
+use super::{Figure, FigureInput};
+use anyhow::Result;
+use dose3_datasets::Frame;
+use dose3_diffusion::{Process, SampleConfig, State, rotation_logs, sample};
+use dose3_lie::{Vector, so3};
+
+const ROWS: usize = 3;
+/// States of a sample that are shown, noise and result among them.
+const STATES: usize = 6;
+/// Real windows in a row.
+const REAL: usize = 2;
+/// Translations of `paper` windows lie in [-1, 1].
+const CLIP: f64 = 1.0;
+/// Poses from one heading tick to the next.
+const TICK_EVERY: usize = 8;
+/// A sequence as drawn: points of the plane, and where the body looks at each.
+pub struct Sequence {
+    points: Vec<(f64, f64)>,
+    headings: Vec<(f64, f64)>,
+}
+
+/// One column: its title and its sequences from top to bottom.
+pub struct Column {
+    title: String,
+    sequences: Vec<Sequence>,
+}
+
+/// Three sequences sampled by ancestral sampling at several steps, and real windows.
+///
+/// # Errors
+/// No sets, a set without windows, a model that does not fit, a failing network.
+pub fn reverse_diffusion(input: &FigureInput<'_>) -> Result<Figure> {
+    let model = input.kitti;
+    check(input.sets, model)?;
+    let view = View::new(model.header.frame);
+    let steps = model.header.process.steps;
+    let mut columns: Vec<Column> = shown(steps)
+        .iter()
+        .map(|t| Column {
+            title: format!("t = {t}"),
+            sequences: Vec::new(),
+        })
+        .collect();
+    for row in 0..ROWS {
+        let states = states(input, input.seed + row as u64)?;
+        for (column, t) in columns.iter_mut().zip(shown(steps)) {
+            column.sequences.push(view.sequence(&states[steps - t]));
+        }
+    }
+    let source = trained_on(input.sets, model).unwrap_or(0);
+    let selection = Selection::new(input.sets, source, model, ROWS * REAL)?;
+    let real = real(input, &selection, &view)?;
+    let caption = format!(
+        "Reverse diffusion of a {}: {ROWS} sequences of {} poses drawn by ancestral sampling (seeds {} to {}, \
+         translations of the estimated clean sequence clipped to ±{CLIP}) at steps t = {} of {steps}, t = 0 \
+         being the result; to the right, in the same normalised units (positions from the window's first, over \
+         its largest displacement), {}. Drawn: the plane of {} and {}; every column has its own scale. Colour: \
+         place in the window, first to last; ticks: where the body looks, one of {TICK_EVERY} poses, shorter \
+         where it looks out of the plane.",
+        network(input.sets, model),
+        model.header.window,
+        input.seed,
+        input.seed + ROWS as u64 - 1,
+        shown(steps)
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
+            .join(", "),
+        selection.describe(),
+        view.plane.names[0],
+        view.plane.names[1],
+    );
+    Ok(Figure {
+        key: "reverse-diffusion",
+        title: "Reverse diffusion, from noise to a pose sequence".into(),
+        caption,
+        svg: drawing::draw(&columns, &real, selection.set.name, &view)?,
+    })
+}
+
+/// The steps that are shown, noisiest first.
+fn shown(steps: usize) -> Vec<usize> {
+    let mut shown: Vec<usize> = (0..STATES)
+        .map(|i| steps * (STATES - 1 - i) / (STATES - 1))
+        .collect();
+    shown.dedup();
+    shown
+}
+
+/// All states of one sample: noise first, the result last.
+fn states(input: &FigureInput<'_>, seed: u64) -> Result<Vec<State>> {
+    let header = &input.kitti.header;
+    let mut models = input.backend.load(&input.kitti.parameters, input.threads)?;
+    let config = SampleConfig {
+        length: header.window,
+        seed,
+        clip: CLIP,
+    };
+    let process = Process::new(header.process)?;
+    let mut states = Vec::with_capacity(process.steps() + 1);
+    sample(&mut models, &process, &config, &mut |_, state| {
+        states.push(state.clone());
+    })?;
+    Ok(states)
+}
+
+/// Real windows in columns.
+fn real(input: &FigureInput<'_>, selection: &Selection<'_>, view: &View) -> Result<Vec<Column>> {
+    let representation = input.kitti.header.representation;
+    let mut sequences = Vec::new();
+    for window in &selection.windows {
+        let tensor = representation.represent_window(window, &selection.set.trajectories)?;
+        sequences.push(view.sequence(&State {
+            translation: tensor.translation,
+            rotation: tensor.rotation,
+        }));
+    }
+    let mut columns = Vec::new();
+    let mut rest = sequences.into_iter();
+    for _ in 0..REAL {
+        let sequences: Vec<Sequence> = rest.by_ref().take(ROWS).collect();
+        if !sequences.is_empty() {
+            columns.push(Column {
+                title: "real".into(),
+                sequences,
+            });
+        }
+    }
+    Ok(columns)
+}
+
+/// From where sequences are seen.
+pub struct View {
+    plane: Plane,
+    forward: Vector,
+}
+
+impl View {
+    fn new(frame: Frame) -> Self {
+        // Sampled sequences of objects have no poses yet to take a plane from: any will do.
+        let frame = if frame.has_forward() {
+            frame
+        } else {
+            Frame::BodyFlu
+        };
+        Self {
+            plane: Plane::of_motion(frame, &[]),
+            forward: forward(frame),
+        }
+    }
+
+    fn sequence(&self, state: &State) -> Sequence {
+        let points = state.translation.chunks_exact(3).map(|t| {
+            let t = Vector::new(t[0].into(), t[1].into(), t[2].into());
+            self.plane.project(&t)
+        });
+        let headings = rotation_logs(&state.rotation).into_iter();
+        let headings = headings.map(|log| self.plane.project(&(so3::exp(&log) * self.forward)));
+        Sequence {
+            points: points.collect(),
+            headings: headings.collect(),
+        }
+    }
+}
