@@ -9,7 +9,7 @@ use serde::Serialize;
 /// Most windows a set in the main table.
 pub const MAIN: usize = 700;
 /// Most windows a set in the other tables.
-const SIDE: usize = 500;
+const SIDE: usize = 400;
 
 /// How the data is changed before it is scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -125,7 +125,6 @@ pub fn plan(quick: bool) -> Vec<Job> {
     }
     jobs.push(Job {
         untrained: true,
-        most: MAIN,
         ..Job::new("untrained", KITTI, &NETWORK)
     });
     jobs.push(Job {
@@ -135,7 +134,6 @@ pub fn plan(quick: bool) -> Vec<Job> {
     });
     jobs.push(Job {
         untrained: true,
-        most: MAIN,
         ..Job::new("motion-untrained", "kitti-motion", &NETWORK)
     });
     for (_, network) in TRAINED_ON {

@@ -152,7 +152,8 @@ impl Run<'_> {
         self.clock.begin(&job.key);
         let outcome = match study::load(job.network) {
             Ok(model) => self.with_model(job, &model)?,
-            Err(error) => Outcome::NotRun(format!("{error:#}")),
+            // The outermost words name the command that helps, without the path that was tried.
+            Err(error) => Outcome::NotRun(error.to_string()),
         };
         let work = job.work(self.settings.quick, self.sets.len());
         self.clock.end(&job.key, work, &outcome);
@@ -210,7 +211,7 @@ impl Run<'_> {
         };
         let model = match study::load(network) {
             Ok(model) => model,
-            Err(error) => return Ok(Outcome::NotRun(format!("{error:#}"))),
+            Err(error) => return Ok(Outcome::NotRun(error.to_string())),
         };
         let asked = Request {
             representation: job.representation,

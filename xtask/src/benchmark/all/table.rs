@@ -81,12 +81,12 @@ impl Table {
     pub fn html(&self) -> String {
         let mut out = format!(
             "<h3>{}</h3>\n<p>{}</p>\n",
-            escaped(&self.title),
+            inline(&self.title),
             inline(&self.text)
         );
         out += "<div class=\"scroll\"><table><thead><tr>";
         for head in &self.head {
-            let _ = write!(out, "<th>{}</th>", escaped(head));
+            let _ = write!(out, "<th>{}</th>", inline(head));
         }
         out += "</tr></thead><tbody>\n";
         for row in &self.rows {
@@ -96,6 +96,11 @@ impl Table {
                 ""
             };
             let _ = write!(out, "<tr{class}><th>{}</th>", inline(&row.label));
+            // A row of one cell says why there are no others.
+            let span = match row.cells.len() {
+                1 => format!(" colspan=\"{}\"", self.head.len() - 1),
+                _ => String::new(),
+            };
             for cell in &row.cells {
                 let shade = match cell.auroc {
                     Some(value) if !row.printed => {
@@ -103,7 +108,7 @@ impl Table {
                     }
                     _ => String::new(),
                 };
-                let _ = write!(out, "<td{shade}>{}</td>", inline(&cell.text));
+                let _ = write!(out, "<td{span}{shade}>{}</td>", inline(&cell.text));
             }
             out += "</tr>\n";
         }
@@ -157,20 +162,25 @@ mod tests {
             text: "0.9 < 1".into(),
             auroc: Some(0.9),
         };
-        let mut printed = Line::new("paper", vec![Entry::from("0.8".to_string())]);
+        let text = |t: &str| Entry::from(t.to_string());
+        let mut printed = Line::new("paper", vec![text("0.8"), text("1")]);
         printed.printed = true;
         Table {
             title: "T".into(),
             text: "of `x`".into(),
-            head: vec!["row".into(), "O/K".into()],
-            rows: vec![Line::new("ours", vec![cell]), printed],
+            head: ["row", "O/K", "K/O"].map(String::from).to_vec(),
+            rows: vec![
+                Line::new("ours", vec![cell, text("0")]),
+                printed,
+                Line::new("other", vec![text("not run")]),
+            ],
             notes: vec!["n".into()],
         }
     }
 
     #[test]
     fn markdown_of_a_small_table() {
-        let expected = "### T\n\nof `x`\n\n| row | O/K |\n|---|---|\n| ours | 0.9 < 1 |\n| *paper* | *0.8* |\n\nn\n\n";
+        let expected = "### T\n\nof `x`\n\n| row | O/K | K/O |\n|---|---|---|\n| ours | 0.9 < 1 | 0 |\n| *paper* | *0.8* | *1* |\n| other | not run |\n\nn\n\n";
         assert_eq!(table().markdown(), expected);
     }
 
@@ -179,7 +189,8 @@ mod tests {
         let html = table().html();
         assert!(html.contains("<code>x</code>"));
         assert!(html.contains(">0.9 &lt; 1</td>"), "{html}");
-        assert!(html.contains("<tr class=\"printed\"><th>paper</th><td>0.8</td></tr>"));
+        assert!(html.contains("<tr class=\"printed\"><th>paper</th><td>0.8</td><td>1</td></tr>"));
+        assert!(html.contains("<td colspan=\"2\">not run</td>"));
         assert_eq!(shade(0.5), "rgb(255,255,255)");
         assert_ne!(shade(1.0), shade(0.0));
     }

@@ -180,9 +180,9 @@ pub fn training_sets(findings: &Findings) -> Table {
     for (letter, network) in TRAINED_ON {
         for (row, name) in [
             ("r3", "R^3"),
-            ("r3-common", "R^3, common noise"),
+            ("r3-common", "R^3, one common draw"),
             ("paper24", "SE(3)"),
-            ("paper24-common", "SE(3), common noise"),
+            ("paper24-common", "SE(3), one common draw"),
         ] {
             let label = format!("{name}, trained on {letter}");
             rows.push(findings.line(&label, query(&[network], row)));
@@ -234,7 +234,7 @@ fn ablation(
 ) -> Table {
     let mut rows = Vec::new();
     for (number, network) in list {
-        for (row, name) in [("paper24", ""), ("paper24-common", ", common noise")] {
+        for (row, name) in [("paper24", ""), ("paper24-common", ", one common draw")] {
             rows.push(findings.line(&format!("{number} {unit}{name}"), query(&[network], row)));
             let printed = findings.printed_line(&format!("{number} {unit}"));
             rows.extend(printed.filter(|_| row == "paper24"));
@@ -309,7 +309,7 @@ pub fn data(findings: &Findings) -> Table {
     Table {
         title: "Windows and logs".into(),
         text: "The stride is the smallest multiple of 32 poses that leaves at most 700 windows a set in the main \
-               table and 500 in the others, so that no set drowns the others and the run stays short."
+               table and 400 in the others, so that no set drowns the others and the run stays short."
             .into(),
         head: ["set (job)", "windows", "logs that fit the density", "ID test logs"]
             .map(String::from)
