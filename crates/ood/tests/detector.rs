@@ -378,3 +378,62 @@ fn every_density_and_combination_makes_a_detector() {
         }
     }
 }
+
+/// One trusted log, so short that a density fitted without one of its blocks knows next to nothing:
+/// held out, its windows score thousands of times worse than any new window under the density of all
+/// of them, and every p-value of a block is 1.
+#[test]
+fn several_blocks_tell_windows_apart_after_one_short_log() {
+    let widths = [36, 36];
+    let windows = |seed: u64, count: usize, shift: f64| -> Vec<Vec<f64>> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut slow = 0.0;
+        (0..count)
+            .map(|_| {
+                // The log wanders: its first windows say little of its last ones.
+                slow += 0.3;
+                (0..widths.iter().sum())
+                    .map(|column| {
+                        let noise = rng.sample::<f64, _>(StandardNormal);
+                        slow * f64::from(column % 5) + 0.02 * noise + shift
+                    })
+                    .collect()
+            })
+            .collect()
+    };
+    let auroc = |set: &str, combination: Combination| {
+        let config = DetectorConfig {
+            statistics: set.parse().unwrap(),
+            combination,
+            overlap: 20,
+            seed: 11,
+            ..DetectorConfig::default()
+        };
+        let columns = config.statistics.dimension();
+        let of = |rows: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+            rows.into_iter()
+                .map(|row| row[..columns].to_vec())
+                .collect()
+        };
+        let trusted = of(windows(1, 52, 0.0));
+        let detector =
+            DetectorStatistics::fit(config, &trusted, &[0; 52], &["log".into()]).unwrap();
+        let inside = detector.window_scores(&of(windows(2, 52, 0.0))).unwrap();
+        let outside = detector.window_scores(&of(windows(3, 52, 0.5))).unwrap();
+        if combination != Combination::Joint {
+            // The p-values that are reported promise no more than they did.
+            let verdict = detector.judge(&of(windows(3, 52, 0.5))).unwrap();
+            assert!(verdict.contributions.iter().all(|c| c.p_value == 1.0));
+        }
+        dose3_ood::metrics::auroc(&inside, &outside).unwrap()
+    };
+    assert_eq!(auroc("kinematic", Combination::Joint), 1.0);
+    for combination in [
+        Combination::Fisher,
+        Combination::HarmonicMean,
+        Combination::Maximum,
+    ] {
+        let found = auroc("kinematic,differences", combination);
+        assert!(found > 0.99, "{combination}: {found}");
+    }
+}

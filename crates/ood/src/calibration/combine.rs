@@ -13,6 +13,9 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
+/// Terms of the exponential series for arguments below 1: the next one is below f64's precision.
+const SERIES: usize = 20;
+
 /// How groups become one score.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -56,14 +59,7 @@ impl Combination {
         let groups = ln_p.len() as f64;
         let combined = match self {
             _ if ln_p.is_empty() => 0.0,
-            Combination::Fisher => {
-                // Survival function of chi-square at 2h with 2k degrees: e^-h sum_{i<k} h^i / i!.
-                let half = -ln_p.iter().sum::<f64>();
-                let terms: Vec<f64> = (0..ln_p.len())
-                    .map(|i| power_ln(half, i) - ln_gamma(i as f64 + 1.0))
-                    .collect();
-                log_sum_exp(&terms) - half
-            }
+            Combination::Fisher => ln_chi_square_tail(-ln_p.iter().sum::<f64>(), ln_p.len()),
             Combination::HarmonicMean => {
                 let inverse: Vec<f64> = ln_p.iter().map(|p| -p).collect();
                 groups.ln() - log_sum_exp(&inverse)
@@ -74,6 +70,19 @@ impl Combination {
         };
         Score::new(-combined)
     }
+}
+
+/// ln of the chance that a chi-square of 2k degrees of freedom is at least `2 half`, `half >= 0`:
+/// `e^-half sum_{i < k} half^i / i!`. Near 0, where that is 1 to all digits, the rest of the exponential
+/// series keeps them: `1 - e^-half sum_{i >= k} half^i / i!`.
+fn ln_chi_square_tail(half: f64, k: usize) -> f64 {
+    let term = |i: usize| power_ln(half, i) - ln_gamma(i as f64 + 1.0);
+    if half < 1.0 {
+        let rest: f64 = (k..k + SERIES).map(|i| (term(i) - half).exp()).sum();
+        return (-rest).ln_1p();
+    }
+    let terms: Vec<f64> = (0..k).map(term).collect();
+    log_sum_exp(&terms) - half
 }
 
 /// ln(x^i) for x >= 0, with 0^0 = 1.
@@ -131,6 +140,27 @@ mod tests {
             near(way.score(&[0.03_f64.ln()]), -0.03_f64.ln());
         }
         near(Combination::Fisher.score(&[0.0, 0.0]), 0.0);
+        // h = 0.3 lies on the other side of the series: e^-h (1 + h).
+        let half = 0.3_f64;
+        near(
+            Combination::Fisher.score(&[-0.1, -0.2]),
+            half - half.ln_1p(),
+        );
+    }
+
+    #[test]
+    fn fisher_keeps_p_values_near_one_apart() {
+        // -ln(e^-h (1 + h)) = h^2 / 2 - h^3 / 3 + ..., which 1 - h^2 / 2 could not hold.
+        let score = |h: f64| Combination::Fisher.score(&[-h, 0.0]).value();
+        assert!((score(1e-20) / 0.5e-40 - 1.0).abs() < 1e-12);
+        for k in 1..5 {
+            let at = |h: f64| ln_chi_square_tail(h, k);
+            assert!((at(1.0 - 1e-12) - at(1.0)).abs() < 1e-11, "{k}");
+            for step in 0..400 {
+                let h = 10.0_f64.powf(f64::from(step - 300) / 10.0);
+                assert!(at(h * 1.01) < at(h) && at(h) < 0.0, "{k} {h}");
+            }
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod combine;
 mod cross_fit;
 mod reference;
 mod share;
+mod tails;
 
 pub use combine::Combination;
 pub(crate) use cross_fit::held_out;

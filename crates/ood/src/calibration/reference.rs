@@ -1,26 +1,17 @@
 //! Held-out trusted scores, to which others are compared.
 
+use super::tails::Tails;
 use crate::error::Error;
 use crate::score::Score;
 use crate::statistics::quantile_sorted;
 use serde::{Deserialize, Serialize};
-
-/// Beyond this quantile the tail is taken as exponential.
-const TAIL: f64 = 0.9;
 
 /// Scores of held-out trusted windows or logs, in ascending order; never empty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Score>", into = "Vec<Score>")]
 pub struct Reference {
     sorted: Vec<Score>,
-    tail: Tail,
-}
-
-/// `p(s) = p(start) exp(-(s - start) / scale)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Tail {
-    start: f64,
-    scale: f64,
+    tails: Tails,
 }
 
 impl Reference {
@@ -39,17 +30,10 @@ impl Reference {
         }
         scores.sort();
         let values: Vec<f64> = scores.iter().map(|s| s.value()).collect();
-        let start = quantile_sorted(&values, TAIL);
-        let over: Vec<f64> = values
-            .iter()
-            .map(|v| v - start)
-            .filter(|&v| v > 0.0)
-            .collect();
-        let mean = over.iter().sum::<f64>() / over.len().max(1) as f64;
-        let scale = mean.max(1e-9 * start.abs().max(1.0));
+        let tails = Tails::of(&values);
         Ok(Self {
             sorted: scores,
-            tail: Tail { start, scale },
+            tails,
         })
     }
 
@@ -100,18 +84,38 @@ impl Reference {
         self.sorted[n - 1 - rank]
     }
 
-    /// ln p(score) without a lower end: the logarithm of the p-value up to the 0.9 quantile, from
-    /// there on an exponential tail with the mean excess of the reference. It falls strictly with
-    /// the score in the tail, so that far and very far windows stay apart when p-values are
-    /// combined; a verdict never rests on it without calibration of its own.
+    /// The logarithm of the p-value, made to fall strictly with the score from end to end: windows that
+    /// no reference score tells apart stay apart when the p-values of several groups are combined. A
+    /// verdict never rests on it without calibration of its own.
+    ///
+    /// At the reference scores it is [`p_value`](Self::p_value), between them linear in p, so up to
+    /// `1 / (n + 1)` above it. From the 0.9 quantile up it is an exponential tail with the mean excess
+    /// of the reference. Below the lowest score `1 - p`, half a rank there, falls as
+    /// `1 / (1 + distance / scale)`, with the mean shortfall under the 0.1 quantile as scale.
     #[must_use]
     pub fn ln_p(&self, score: Score) -> f64 {
-        let over = score.value() - self.tail.start;
-        if over <= 0.0 {
-            return self.p_value(score).ln();
+        let Tails { upper, lower } = self.tails;
+        let over = score.value() - upper.start;
+        if over > 0.0 {
+            return self.rank(Score::new(upper.start)).ln() - over / upper.scale;
         }
-        let at_start = self.p_value(Score::new(self.tail.start)).ln();
-        at_start - over / self.tail.scale
+        let below = self.sorted.partition_point(|&s| s < score);
+        let next = self.sorted[below].value().min(upper.start);
+        let p_next = self.rank(Score::new(next));
+        let Some(&previous) = self.sorted[..below].last() else {
+            let under = (lower.start - score.value()) / lower.scale;
+            return (-(1.0 - p_next) / (1.0 + under)).ln_1p();
+        };
+        let left = (next - score.value()) / (next - previous.value());
+        // Tied reference scores are several ranks at one place; the way to the next one is a single rank.
+        let drop = (self.rank(previous) - p_next).min(self.smallest_p_value());
+        (p_next + left * drop).ln()
+    }
+
+    /// The p-value, of which half a rank is left for what lies below the lowest score.
+    fn rank(&self, score: Score) -> f64 {
+        let highest = 1.0 - 0.5 * self.smallest_p_value();
+        self.p_value(score).min(highest)
     }
 }
 
@@ -172,7 +176,37 @@ mod tests {
         assert!(at(1e6) > at(1e7) && at(1e299).is_finite());
         let constant = reference(&[2.0; 10]);
         assert!(constant.ln_p(Score::new(3.0)) < -1e6);
-        assert_eq!(constant.ln_p(Score::new(2.0)), 0.0);
+        assert_eq!(constant.ln_p(Score::new(2.0)), (1.0 - 0.5 / 11.0_f64).ln());
+    }
+
+    #[test]
+    fn ln_p_below_the_lowest_score_by_hand() {
+        let values: Vec<f64> = (0..=100).map(f64::from).collect();
+        let r = reference(&values);
+        // Half a rank of 102 is left at 0; the mean shortfall under 10 of 0..=9 is 5.5.
+        for (at, share) in [(0.0, 1.0), (-5.5, 0.5), (-55.0, 1.0 / 11.0)] {
+            let p = r.ln_p(Score::new(at)).exp();
+            assert!((1.0 - p - share * 0.5 / 102.0).abs() < 1e-15, "{at}: {p}");
+        }
+        assert_eq!(r.p_value(Score::new(-55.0)), 1.0);
+    }
+
+    #[test]
+    fn ln_p_keeps_windows_apart_beyond_both_ends() {
+        let spread = reference(&[5e11, 6e11, 1e12, 2e12, 9e11, 7e11]);
+        for r in [spread, reference(&[2.0; 10]), reference(&[-3.0])] {
+            // Distances that the scores themselves can hold.
+            let size = r.quantile(0.5).abs();
+            let mut ends = vec![-1e250, -1e100];
+            ends.extend((-20..20).map(|i| size * f64::from(i) / 4.0));
+            ends.extend([1e100, 1e250]);
+            for pair in ends.windows(2) {
+                let [lower, higher] = [pair[0], pair[1]].map(|v| r.ln_p(Score::new(v)));
+                assert!(lower > higher && higher.is_finite(), "{pair:?}");
+            }
+        }
+        let stored: Reference = serde_json::from_str("[3.0, 1.0, 2.0]").unwrap();
+        assert_eq!(stored, reference(&[1.0, 2.0, 3.0]));
     }
 
     proptest! {
@@ -193,11 +227,24 @@ mod tests {
         }
 
         #[test]
-        fn ln_p_never_rises(mut at in prop::collection::vec(-10.0_f64..200.0, 2..20)) {
-            let r = reference(&(0..50).map(|i| f64::from(i * i % 37)).collect::<Vec<_>>());
+        fn ln_p_falls_strictly_and_stays_within_a_rank_of_the_p_value(
+            values in prop::collection::vec(-9_i32..9, 1..60),
+            mut at in prop::collection::vec(-40.0_f64..40.0, 2..20),
+        ) {
+            let r = reference(&values.iter().map(|&v| f64::from(v)).collect::<Vec<_>>());
+            at.extend(values.iter().map(|&v| f64::from(v)));
             at.sort_by(f64::total_cmp);
+            at.dedup();
+            let start = r.quantile(0.9);
             for pair in at.windows(2) {
-                prop_assert!(r.ln_p(Score::new(pair[1])) <= r.ln_p(Score::new(pair[0])) + 1e-12);
+                let [lower, higher] = [pair[0], pair[1]].map(|v| r.ln_p(Score::new(v)));
+                // Neighbours that differ by a rounding error may tie.
+                prop_assert!(lower > higher || pair[1] - pair[0] < 1e-9 && lower == higher);
+            }
+            for v in at.into_iter().filter(|&v| v <= start) {
+                let (p, ranked) = (r.p_value(Score::new(v)), r.ln_p(Score::new(v)).exp());
+                let rank = r.smallest_p_value() * (1.0 + 1e-9);
+                prop_assert!((ranked - p).abs() <= rank, "{} {} at {}", ranked, p, v);
             }
         }
     }
