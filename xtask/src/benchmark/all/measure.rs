@@ -408,6 +408,26 @@ mod tests {
     }
 
     #[test]
+    fn the_own_scale_of_a_set_is_the_largest_displacement_of_its_windows() {
+        let model = dose3::built_in::paper().unwrap();
+        let mut set = crate::benchmark::sets::synthetic(0, 3).unwrap().remove(0);
+        set.cut(128, 30);
+        let stored = representation(&model, &set, Change::None).unwrap();
+        assert_eq!(stored, model.header.representation);
+        let own = representation(&model, &set, Change::OwnScale).unwrap();
+        let largest = |window: &dose3_datasets::Window| {
+            let poses = window.poses(&set.trajectories).unwrap();
+            let from_first = |p: &dose3_lie::Pose| (p.translation - poses[0].translation).amax();
+            poses.iter().map(from_first).fold(0.0, f64::max)
+        };
+        let expected = set.windows.iter().map(largest).fold(0.0, f64::max);
+        let Some((translation, _)) = own.scaling.stored() else {
+            panic!("{own:?} has no stored scale")
+        };
+        assert_eq!(translation, [expected; 3]);
+    }
+
+    #[test]
     fn converting_radians_again_shrinks_every_angle() {
         let angles = (0.2, -0.1, 3.0_f64);
         let rotation = Rotation::from_euler_angles(angles.0, angles.1, angles.2);

@@ -15,6 +15,8 @@ mod shortfalls;
 mod store;
 mod table;
 mod tables;
+#[cfg(test)]
+mod tests;
 
 use super::BenchmarkArgs;
 use super::sets::DataSet;

@@ -19,6 +19,8 @@ use std::path::Path;
 
 /// Figures that may stand in the repository: they show numbers of many windows, no path of a data set.
 const PUBLISHED: [&str; 3] = ["epsilon", "statistics", "roc"];
+/// The document beside it that lists the deviations, which gets the table of their effects.
+const PARITY: &str = "PARITY.md";
 /// Where they go, beside the document.
 const FIGURES: &str = "figures";
 
