@@ -166,8 +166,12 @@ mod tests {
         let written: Answer = serde_json::from_slice(&std::fs::read(out).unwrap()).unwrap();
 
         let mut sets = sets::synthetic(0, sets::synthetic_logs(true)).unwrap();
-        sets.iter_mut()
-            .for_each(|set| set.prepare(129, request.stride, &[], &[]));
+        for set in &mut sets {
+            for log in &mut set.trajectories {
+                *log = at_rate(log, RATE).unwrap();
+            }
+            set.prepare(129, request.stride, &[], &[]);
+        }
         let direct = super::super::request(&request, &sets).unwrap();
         let written = written.for_sets(&sets).unwrap();
         assert_eq!(written.len(), Baseline::ALL.len());
