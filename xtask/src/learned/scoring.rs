@@ -166,9 +166,12 @@ mod tests {
         let written: Answer = serde_json::from_slice(&std::fs::read(out).unwrap()).unwrap();
 
         let mut sets = sets::synthetic(0, sets::synthetic_logs(true)).unwrap();
-        sets.iter_mut().for_each(|set| {
+        for set in &mut sets {
+            for log in &mut set.trajectories {
+                *log = at_rate(log, RATE).unwrap();
+            }
             set.cut(129, request.most);
-        });
+        }
         let direct = super::super::request(&request, &sets).unwrap();
         let written = written.for_sets(&sets).unwrap();
         assert_eq!(written.len(), Baseline::ALL.len());
