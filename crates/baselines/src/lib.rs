@@ -24,7 +24,7 @@ pub use jem::{Divergence, Jem, JemConfig, Manoeuvres, Motion, Outcome, TrainRepo
 pub use progress::Progress;
 pub use sequences::Sequences;
 pub use standardise::Standardizer;
-pub use store::{annotate, annotation};
+pub use store::{Precision, annotate, annotation};
 
 /// The score of a window so far away that f32 overflows on the way to its density or energy.
 ///

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::Tensor;
+use half::f16;
 use safetensors::tensor::{Dtype, TensorView};
 use safetensors::{SafeTensors, serialize};
 use serde::Serialize;
@@ -72,16 +73,29 @@ impl ModuleVisitor for Collector<'_> {
     }
 }
 
-/// `weights` (the bytes of a baseline) with `note` in their header: what a caller wants to know of them
-/// later. They are read as before.
+/// How tensors are stored. They are computed with in f32 whichever it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// As they are.
+    F32,
+    /// Rounded to 11 binary digits, half the size.
+    F16,
+}
+
+/// `weights` (the bytes of a baseline) at `precision` and with `note` in their header: what a caller wants
+/// to know of them later. They are read as before.
 ///
 /// # Errors
-/// Bytes that are no weights of a baseline, or a note that is no JSON.
-pub fn annotate(weights: &[u8], note: &impl Serialize) -> Result<Vec<u8>, Error> {
+/// Bytes that are no weights of a baseline, a note that is no JSON, or numbers beyond the range of f16.
+pub fn annotate(
+    weights: &[u8],
+    note: &impl Serialize,
+    precision: Precision,
+) -> Result<Vec<u8>, Error> {
     let (mut header, tensors): (Map<String, Value>, _) = read(weights)?;
     let note = serde_json::to_value(note).map_err(|error| Error::Header(error.to_string()))?;
     header.insert(NOTE.to_owned(), note);
-    write(&header, &tensors)
+    write(&header, &tensors, precision)
 }
 
 /// The note that [`annotate`] put into the header.
@@ -95,23 +109,37 @@ pub fn annotation<N: DeserializeOwned>(weights: &[u8]) -> Result<N, Error> {
 }
 
 /// The same header and tensors give the same bytes.
-pub(crate) fn write(header: &impl Serialize, tensors: &Stored) -> Result<Vec<u8>, Error> {
+pub(crate) fn write(
+    header: &impl Serialize,
+    tensors: &Stored,
+    precision: Precision,
+) -> Result<Vec<u8>, Error> {
     let json = serde_json::to_string(header).map_err(|error| Error::Header(error.to_string()))?;
     let mut encoded = Vec::with_capacity(tensors.len());
     for (name, (shape, values)) in tensors {
         check_finite(name, values)?;
-        let bytes: Vec<u8> = values
-            .iter()
-            .flat_map(|value| value.to_le_bytes())
-            .collect();
-        encoded.push((name, shape, bytes));
+        encoded.push((name, shape, encode(name, values, precision)?));
     }
+    let dtype = match precision {
+        Precision::F32 => Dtype::F32,
+        Precision::F16 => Dtype::F16,
+    };
     let views = encoded
         .iter()
-        .map(|(name, shape, bytes)| Ok((name, TensorView::new(Dtype::F32, shape.to_vec(), bytes)?)))
+        .map(|(name, shape, bytes)| Ok((name, TensorView::new(dtype, shape.to_vec(), bytes)?)))
         .collect::<Result<Vec<_>, Error>>()?;
     let metadata = HashMap::from([(HEADER.to_owned(), json)]);
     Ok(serialize(views, Some(metadata))?)
+}
+
+fn encode(name: &str, values: &[f32], precision: Precision) -> Result<Vec<u8>, Error> {
+    if precision == Precision::F32 {
+        return Ok(values.iter().flat_map(|v| v.to_le_bytes()).collect());
+    }
+    let halves: Vec<f16> = values.iter().map(|&v| f16::from_f32(v)).collect();
+    let back: Vec<f32> = halves.iter().map(|half| half.to_f32()).collect();
+    check_finite(name, &back)?;
+    Ok(halves.iter().flat_map(|half| half.to_le_bytes()).collect())
 }
 
 /// The header and all tensors, finite and in f32.
@@ -125,12 +153,21 @@ pub(crate) fn read<H: DeserializeOwned>(bytes: &[u8]) -> Result<(H, Stored), Err
     let header = serde_json::from_str(json).map_err(|error| Error::Header(error.to_string()))?;
     let mut tensors = Stored::new();
     for (name, view) in SafeTensors::deserialize(bytes)?.tensors() {
-        if view.dtype() != Dtype::F32 {
-            let reason = format!("type {:?}, expected F32", view.dtype());
-            return Err(Error::Tensor { name, reason });
-        }
-        let words = view.data().as_chunks::<4>().0;
-        let values: Vec<f32> = words.iter().map(|&word| f32::from_le_bytes(word)).collect();
+        let values: Vec<f32> = match view.dtype() {
+            Dtype::F32 => {
+                let words = view.data().as_chunks::<4>().0;
+                words.iter().map(|&word| f32::from_le_bytes(word)).collect()
+            }
+            Dtype::F16 => {
+                let halves = view.data().as_chunks::<2>().0;
+                let halves = halves.iter().map(|&half| f16::from_le_bytes(half));
+                halves.map(f16::to_f32).collect()
+            }
+            other => {
+                let reason = format!("type {other:?}, expected F32 or F16");
+                return Err(Error::Tensor { name, reason });
+            }
+        };
         check_finite(&name, &values)?;
         tensors.insert(name, (view.shape().to_vec(), values));
     }

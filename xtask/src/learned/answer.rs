@@ -14,8 +14,8 @@ pub struct LearnedScores {
     pub scores: Vec<Vec<f64>>,
     /// Numbers that were trained.
     pub parameters: usize,
-    /// Seconds that training took, on the machine that trained.
-    pub train_seconds: f64,
+    /// Seconds that training took, on the machine that trained, where they are known.
+    pub train_seconds: Option<f64>,
     /// Seconds that scoring took.
     pub score_seconds: f64,
     /// How training ended, and on what.
@@ -146,7 +146,7 @@ mod tests {
         let scores = LearnedScores {
             scores: sets.iter().map(|s| vec![0.5; s.windows.len()]).collect(),
             parameters: 1,
-            train_seconds: 0.0,
+            train_seconds: None,
             score_seconds: 0.0,
             outcome: String::new(),
         };

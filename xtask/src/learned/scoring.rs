@@ -60,7 +60,7 @@ fn of(learned: &Learned, sets: &[DataSet]) -> Result<LearnedScores> {
     Ok(LearnedScores {
         scores,
         parameters: learned.parameters(),
-        train_seconds: learned.record.seconds,
+        train_seconds: learned.seconds,
         score_seconds: start.elapsed().as_secs_f64(),
         outcome: learned.record.outcome.clone(),
     })

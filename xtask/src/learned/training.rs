@@ -82,10 +82,9 @@ pub fn train_on(
         windows: cut.len(),
         manoeuvres,
         outcome: network.outcome(),
-        seconds: start.elapsed().as_secs_f64(),
         version: env!("CARGO_PKG_VERSION").to_string(),
     };
-    Ok(Learned { record, network })
+    Learned::new(&network, &record, start.elapsed().as_secs_f64())
 }
 
 fn glow(
@@ -148,7 +147,7 @@ pub fn run(args: &TrainArgs) -> Result<()> {
             logs.len(),
             learned.parameters(),
             learned.record.outcome,
-            learned.record.seconds
+            learned.seconds.unwrap_or_default()
         );
     }
     Ok(())

@@ -6,10 +6,10 @@ use super::network::Network;
 use anyhow::{Context, Result, bail, ensure};
 use dose3::atomic;
 use dose3::model_file::LogRecord;
-use dose3_baselines::{Manoeuvres, Sequences, annotate, annotation};
+use dose3_baselines::{Manoeuvres, Precision, Sequences, annotate, annotation};
 use dose3_datasets::{Kind, Representation, Trajectory, Window};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Windows that are represented at once when scoring.
 const CHUNK: usize = 1024;
@@ -37,8 +37,6 @@ pub struct Record {
     pub manoeuvres: Option<Manoeuvres>,
     /// How training ended.
     pub outcome: String,
-    /// Seconds that it took.
-    pub seconds: f64,
     /// Version of this software.
     pub version: String,
 }
@@ -47,10 +45,25 @@ pub struct Record {
 pub struct Learned {
     /// How it came about.
     pub record: Record,
+    /// Seconds that training took, where that is known. They lie in a file of their own, beside the weights,
+    /// because the same training gives the same weights and never takes the same time.
+    pub seconds: Option<f64>,
     pub(super) network: Network,
 }
 
 impl Learned {
+    /// What training gave, rounded to f16 as it is stored: it scores as its file will.
+    ///
+    /// # Errors
+    /// Weights beyond the range of f16.
+    pub(super) fn new(network: &Network, record: &Record, seconds: f64) -> Result<Self> {
+        let bytes = annotate(&network.to_bytes()?, record, Precision::F16)?;
+        Ok(Self {
+            seconds: Some(seconds),
+            ..Self::from_bytes(&bytes)?
+        })
+    }
+
     /// Reads a file of weights.
     ///
     /// # Errors
@@ -58,22 +71,37 @@ impl Learned {
     pub fn read(path: &Path) -> Result<Self> {
         let bytes =
             std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-        Self::from_bytes(&bytes).with_context(|| format!("baseline {}", path.display()))
+        let learned =
+            Self::from_bytes(&bytes).with_context(|| format!("baseline {}", path.display()))?;
+        let seconds = std::fs::read_to_string(seconds_file(path)).ok();
+        Ok(Self {
+            seconds: seconds.and_then(|text| text.trim().parse().ok()),
+            ..learned
+        })
     }
 
     fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let record: Record = annotation(bytes)?;
         record.representation.check()?;
         let network = Network::from_bytes(record.baseline, bytes)?;
-        Ok(Self { record, network })
+        Ok(Self {
+            record,
+            seconds: None,
+            network,
+        })
     }
 
-    /// Writes weights and record into one safetensors file.
+    /// Writes weights, in f16, and record into one safetensors file, and the time of training beside it.
     ///
     /// # Errors
     /// What the operating system answers.
     pub fn write(&self, path: &Path) -> Result<()> {
-        atomic::write(path, &annotate(&self.network.to_bytes()?, &self.record)?)
+        let weights = self.network.to_bytes()?;
+        atomic::write(path, &annotate(&weights, &self.record, Precision::F16)?)?;
+        let Some(seconds) = self.seconds else {
+            return Ok(());
+        };
+        atomic::write(&seconds_file(path), format!("{seconds:.1}\n").as_bytes())
     }
 
     /// How many numbers were trained.
@@ -120,4 +148,9 @@ impl Learned {
         );
         Ok(scores)
     }
+}
+
+/// Where the time of training lies.
+fn seconds_file(weights: &Path) -> PathBuf {
+    weights.with_extension("seconds")
 }

@@ -92,7 +92,7 @@ impl GlowRatio {
             format: FORMAT,
             glow: self.foreground.header.clone(),
         };
-        store::write(&header, &tensors)
+        store::write(&header, &tensors, store::Precision::F32)
     }
 
     /// Reads what [`to_bytes`](Self::to_bytes) wrote.

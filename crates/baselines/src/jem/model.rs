@@ -134,7 +134,7 @@ impl Jem {
     pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
         let mut tensors = Stored::new();
         store::collect("", &self.network, &mut tensors)?;
-        store::write(&self.header, &tensors)
+        store::write(&self.header, &tensors, store::Precision::F32)
     }
 
     /// Reads what [`to_bytes`](Self::to_bytes) wrote.

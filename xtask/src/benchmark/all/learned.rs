@@ -85,7 +85,7 @@ pub fn run(
             row: baseline.name().into(),
             parameters: scores.parameters,
             milliseconds: 1e3 * scores.score_seconds / windows.max(1) as f64,
-            training_seconds: Some(scores.train_seconds),
+            training_seconds: scores.train_seconds,
             remark: scores.outcome.clone(),
         });
     }
@@ -161,7 +161,7 @@ mod tests {
                 .map(|(s, set)| vec![s as f64; set.windows.len()])
                 .collect(),
             parameters: 1,
-            train_seconds: 1.0,
+            train_seconds: None,
             score_seconds: 1.0,
             outcome: String::new(),
         };

@@ -252,7 +252,14 @@ impl Report {
         } else {
             "all-synthetic"
         };
-        render_into(path, &text, name)
+        render_into(path, &text, name)?;
+        let parity = path.with_file_name(PARITY);
+        if findings.real && parity.exists() {
+            let facts = self.facts(findings)[..2].join("\n\n");
+            let table = format!("{facts}\n\n{}", readings(findings).markdown());
+            render_into(&parity, &table, "readings")?;
+        }
+        Ok(())
     }
 }
 
