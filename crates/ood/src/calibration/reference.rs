@@ -88,8 +88,8 @@ impl Reference {
     /// no reference score tells apart stay apart when the p-values of several groups are combined. A
     /// verdict never rests on it without calibration of its own.
     ///
-    /// At the reference scores it is [`p_value`](Self::p_value), between them linear in p, so up to
-    /// `1 / (n + 1)` above it. From the 0.9 quantile up it is an exponential tail with the mean excess
+    /// At the reference scores it is [`p_value`](Self::p_value), half a rank less at the lowest; between
+    /// them it is linear in p, so up to `1 / (n + 1)` above it. From the 0.9 quantile up it is an exponential tail with the mean excess
     /// of the reference. Below the lowest score `1 - p`, half a rank there, falls as
     /// `1 / (1 + distance / scale)`, with the mean shortfall under the 0.1 quantile as scale.
     #[must_use]
@@ -100,7 +100,8 @@ impl Reference {
             return self.rank(Score::new(upper.start)).ln() - over / upper.scale;
         }
         let below = self.sorted.partition_point(|&s| s < score);
-        let next = self.sorted[below].value().min(upper.start);
+        let next = self.sorted.get(below).map_or(upper.start, |s| s.value());
+        let next = next.min(upper.start);
         let p_next = self.rank(Score::new(next));
         let Some(&previous) = self.sorted[..below].last() else {
             let under = (lower.start - score.value()) / lower.scale;

@@ -150,6 +150,24 @@ impl Canvas<'_> {
         self.area.draw(&rectangle).map_err(failed)
     }
 
+    /// A rectangle between two corners in `steps` colours from left, `colour(0)`, to right, `colour(1)`.
+    ///
+    /// # Errors
+    /// A coordinate that is not finite.
+    pub fn gradient(
+        &self,
+        [a, b]: [(f64, f64); 2],
+        steps: usize,
+        colour: impl Fn(f64) -> RGBColor,
+    ) -> Result<()> {
+        // Each piece reaches to the right end, so that no seam shows between two.
+        (0..steps).try_for_each(|i| {
+            let left = a.0 + (b.0 - a.0) * i as f64 / steps as f64;
+            let middle = (i as f64 + 0.5) / steps as f64;
+            self.rectangle([(left, a.1), b], colour(middle), true)
+        })
+    }
+
     /// A disc with a white rim, so that it stands out from lines.
     ///
     /// # Errors

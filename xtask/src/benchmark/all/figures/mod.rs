@@ -3,6 +3,7 @@
 mod canvas;
 mod epsilon;
 mod kde;
+mod legend;
 mod palette;
 mod panel;
 mod plane;

@@ -1,7 +1,8 @@
 //! ROC curves, a panel for each pair of sets.
 
 use super::canvas::{Anchor, Canvas, Stroke, page};
-use super::panel::{LEGEND_ROW, Panel, SMALL, Swatch, legend, legend_rows};
+use super::legend::{LEGEND_ROW, Swatch, legend, legend_rows};
+use super::panel::{Panel, SMALL};
 use super::simplify::simplify;
 use super::{Curve, Figure, RocPanel, palette};
 use anyhow::{Result, bail};
@@ -111,11 +112,11 @@ fn draw(canvas: &Canvas<'_>, panel: &Panel, roc: &RocPanel, methods: &[&str]) ->
         }
     }
     let lines = methods.len().div_ceil(AREAS);
+    let slots = methods.len().min(AREAS);
     for (i, method) in methods.iter().enumerate() {
         let (line, place) = (i / AREAS, i % AREAS);
-        let in_line = AREAS.min(methods.len() - line * AREAS);
         let at = (
-            panel.left + (place as f64 + 0.5) * panel.width / in_line as f64,
+            panel.left + (place as f64 + 0.5) * panel.width / slots as f64,
             panel.top - LINE * (lines - line) as f64 + 6.0,
         );
         let area = of(method).map_or_else(|| "–".to_string(), |c| format!("{:.3}", area(c)));

@@ -144,6 +144,6 @@ mod tests {
         assert_eq!(spread(&items, 4), [0, 3, 6, 9]);
         assert_eq!(spread(&items, 20), items);
         assert_eq!(spread(&items, 1), [0]);
-        assert_eq!(spread::<usize>(&[], 3), []);
+        assert!(spread::<usize>(&[], 3).is_empty());
     }
 }

@@ -2,11 +2,12 @@
 
 use super::super::canvas::page;
 use super::super::kde::mean_and_deviation;
-use super::super::panel::{Panel, legend};
+use super::super::legend::legend;
+use super::super::panel::Panel;
 use super::super::select::{Selection, check, network};
 use super::super::{Figure, FigureInput};
 use super::shape::{Shape, draw, legend_entries};
-use super::{WIDTH, described, probe};
+use super::{WIDTH, axes_of_bodies, described, probe};
 use anyhow::Result;
 use dose3::model_file::Model;
 use dose3_diffusion::{Branches, Process, trace};
@@ -43,13 +44,14 @@ pub fn figure(input: &FigureInput<'_>, model: &Model) -> Result<Figure> {
         "Noise estimate of a {}: all its values on each axis of the rotation's tangent space, pooled over the \
          {} poses of a window and all {} diffusion steps, one noise draw for each window (seed {}); {}. Curves \
          are kernel density estimates; dashed is N(0, 1), the distribution of the noise itself. Mean ± standard \
-         deviation: {}. Axes are those of each data set's own frame, so one letter need not mean one motion.",
+         deviation: {}. {}.",
         network(input.sets, model),
         model.header.window,
         process.steps(),
         input.seed,
         described(&selections),
         moments(&selections, &values),
+        axes_of_bodies(&selections),
     );
     Ok(Figure {
         key: "epsilon-axes",

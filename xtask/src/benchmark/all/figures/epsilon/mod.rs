@@ -8,6 +8,7 @@ mod statistics;
 use super::select::Selection;
 use super::{Figure, FigureInput};
 use anyhow::Result;
+use dose3_datasets::Frame;
 use dose3_diffusion::{NoiseSharing, ProbeConfig, Process};
 
 /// Width of both figures, display pixels.
@@ -34,6 +35,25 @@ fn probe(process: &Process, seed: u64) -> ProbeConfig {
         seed,
         sharing: NoiseSharing::PerWindow,
     }
+}
+
+/// What x, y and z are in each set, so that nobody takes them for the same motion.
+fn axes_of_bodies(selections: &[Selection<'_>]) -> String {
+    let of_set = |s: &Selection<'_>| {
+        let axes = match s.set.trajectories.first().map(|t| t.frame) {
+            Some(Frame::CameraRdf) => "right, down and forward",
+            Some(Frame::BodyFrd) => "forward, right and down",
+            Some(Frame::BodyFlu) => "forward, left and up",
+            Some(Frame::Object) => "axes of the object's model",
+            Some(Frame::Sensor) | None => "axes of the sensor",
+        };
+        format!("{axes} in {}", s.set.name)
+    };
+    let sets: Vec<String> = selections.iter().map(of_set).collect();
+    format!(
+        "Rotation axes x, y and z are the body's own: {}",
+        sets.join("; ")
+    )
 }
 
 fn described(selections: &[Selection<'_>]) -> String {

@@ -1,7 +1,8 @@
 //! Panels of probability densities.
 
 use super::super::canvas::{Canvas, Stroke};
-use super::super::panel::{Panel, Swatch};
+use super::super::legend::Swatch;
+use super::super::panel::Panel;
 use super::super::select::Selection;
 use super::super::{kde, palette};
 use anyhow::Result;

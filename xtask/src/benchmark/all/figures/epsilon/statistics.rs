@@ -1,11 +1,12 @@
 //! The paper's statistics of the noise estimate, a distribution over windows.
 
 use super::super::canvas::page;
-use super::super::panel::{Panel, legend};
+use super::super::legend::legend;
+use super::super::panel::Panel;
 use super::super::select::{Selection, check, network};
 use super::super::{Figure, FigureInput};
 use super::shape::{Shape, draw, legend_entries};
-use super::{WIDTH, described, probe};
+use super::{WIDTH, axes_of_bodies, described, probe};
 use anyhow::{Context, Result};
 use dose3::features::Extractor;
 use dose3_diffusion::Process;
@@ -106,8 +107,7 @@ pub fn figure(input: &FigureInput<'_>) -> Result<Figure> {
         "Statistics of the paper's metric group, one value a window: {}, all {} diffusion steps, one noise draw \
          for each window (seed {}); {}. Curves are kernel density estimates. Dashed: what a network would give \
          that returns exactly the noise drawn. Axes span the {} to {} % quantiles of all sets; {} of {} values \
-         lie beyond. Rotation z is the third axis of each data set's own frame: roll about the viewing direction \
-         of a camera (KITTI), yaw of a vehicle (RobotCar).",
+         lie beyond. {}.",
         network(input.sets, model),
         process.steps(),
         input.seed,
@@ -116,6 +116,7 @@ pub fn figure(input: &FigureInput<'_>) -> Result<Figure> {
         100.0 * SHOWN[1],
         panels.iter().map(|p| p.outside).sum::<usize>(),
         COLUMNS.len() * rows.iter().map(Vec::len).sum::<usize>(),
+        axes_of_bodies(&selections),
     );
     Ok(Figure {
         key: "epsilon-statistics",
@@ -177,7 +178,7 @@ fn shown(values: &[Vec<f64>]) -> Range<f64> {
 }
 
 fn drawing(selections: &[Selection<'_>], panels: &[Distributions]) -> Result<String> {
-    page(WIDTH, 652.0, |canvas| {
+    page(WIDTH, 634.0, |canvas| {
         let dashed = "a network that returns the noise drawn";
         legend(
             canvas,
@@ -196,7 +197,7 @@ fn drawing(selections: &[Selection<'_>], panels: &[Distributions]) -> Result<Str
                 y: 0.0..1.06 * shapes.iter().map(Shape::peak).fold(0.0, f64::max),
             };
             draw(canvas, &panel, shapes, distributions.column.title)?;
-            panel.x_axis(canvas, distributions.column.axis, 7)?;
+            panel.x_axis(canvas, distributions.column.axis, 9)?;
             panel.y_axis(canvas, "probability density", 5)?;
         }
         Ok(())

@@ -4,7 +4,7 @@ use super::super::canvas::{Anchor, Canvas, Stroke, page};
 use super::super::palette::{BLACK, ramp};
 use super::super::panel::{NORMAL, Panel, SMALL};
 use super::super::ticks;
-use super::{Column, ROWS, Sequence, TICK_EVERY, View};
+use super::{Column, ROWS, Sequence, Strip, TICK_EVERY};
 use anyhow::Result;
 use plotters::style::RGBColor;
 
@@ -12,12 +12,12 @@ use plotters::style::RGBColor;
 const TICK: f64 = 11.0;
 /// Pieces of different colour along a sequence.
 const PIECES: usize = 16;
-const WIDTH: f64 = 980.0;
+const WIDTH: f64 = 968.0;
 const SIDE: f64 = 104.0;
 const ACROSS: f64 = 111.0;
 /// Between samples and real windows.
-const GAP: f64 = 22.0;
-const LEFT: f64 = 62.0;
+const GAP: f64 = 28.0;
+const LEFT: f64 = 40.0;
 const TOP: f64 = 50.0;
 
 /// The colour of a pose by its place in the window, first to last.
@@ -32,36 +32,43 @@ const ORDER: [(f64, RGBColor); 4] = [
 ///
 /// # Errors
 /// Coordinates that are not finite.
-pub fn draw(samples: &[Column], real: &[Column], set: &str, view: &View) -> Result<String> {
+pub fn draw(samples: &Strip, real: &Strip) -> Result<String> {
     let bottom = TOP + ACROSS * ROWS as f64;
     page(WIDTH, bottom + 88.0, |canvas| {
-        let far = LEFT + ACROSS * samples.len() as f64 + GAP;
-        let lefts = (0..samples.len())
-            .map(|i| LEFT + ACROSS * i as f64)
-            .chain((0..real.len()).map(|i| far + ACROSS * i as f64));
-        for (left, column) in lefts.zip(samples.iter().chain(real)) {
-            draw_column(canvas, left, column, &view.plane.names[0])?;
-        }
-        let middle = |left: f64, columns: &[Column]| {
-            left + (ACROSS * columns.len() as f64 - (ACROSS - SIDE)) / 2.0
-        };
-        let title = "sampled, from noise (left) to the result (right)";
-        canvas.heading(title, (middle(LEFT, samples), 13.0), NORMAL, Anchor::Middle)?;
-        canvas.heading(set, (middle(far, real), 13.0), NORMAL, Anchor::Middle)?;
-        for row in 0..ROWS {
-            let at = (LEFT - 14.0, TOP + ACROSS * row as f64 + SIDE / 2.0);
-            let name = &view.plane.names[1];
-            canvas.text(name, at, NORMAL, BLACK, Anchor::Upwards)?;
-        }
+        draw_strip(canvas, LEFT, samples)?;
+        let right = LEFT + ACROSS * samples.columns.len() as f64 + GAP;
+        draw_strip(canvas, right, real)?;
         order_bar(canvas, bottom + 64.0)
     })
+}
+
+fn draw_strip(canvas: &Canvas<'_>, left: f64, strip: &Strip) -> Result<()> {
+    for (i, column) in strip.columns.iter().enumerate() {
+        draw_column(canvas, left + ACROSS * i as f64, column, &strip.axes[0])?;
+    }
+    let width = ACROSS * strip.columns.len() as f64 - (ACROSS - SIDE);
+    let middle = left + width / 2.0;
+    canvas.heading(strip.heading, (middle, 13.0), NORMAL, Anchor::Middle)?;
+    canvas.text(
+        &strip.name,
+        (middle, TOP - 12.0),
+        NORMAL,
+        BLACK,
+        Anchor::Middle,
+    )?;
+    for row in 0..ROWS {
+        let beside = (left - 12.0, TOP + ACROSS * row as f64 + SIDE / 2.0);
+        canvas.text(&strip.axes[1], beside, NORMAL, BLACK, Anchor::Upwards)?;
+    }
+    Ok(())
 }
 
 /// The panels of a column, all of one scale that is named below the last.
 fn draw_column(canvas: &Canvas<'_>, left: f64, column: &Column, axis: &str) -> Result<()> {
     let points = column.sequences.iter().flat_map(|s| &s.points);
     let largest = points.fold(0.0_f64, |m, (x, y)| m.max(x.abs()).max(y.abs()));
-    let half = 1.12 * largest.max(0.5);
+    // Room for a heading tick on every side.
+    let half = largest.max(0.5) * SIDE / (SIDE - 2.0 * (TICK + 2.0));
     let above = (left + SIDE / 2.0, TOP - 12.0);
     canvas.text(&column.title, above, NORMAL, BLACK, Anchor::Middle)?;
     for (row, sequence) in column.sequences.iter().enumerate() {
@@ -85,7 +92,7 @@ fn draw_column(canvas: &Canvas<'_>, left: f64, column: &Column, axis: &str) -> R
 /// Ticks at zero and at a round number on both sides.
 fn scale(canvas: &Canvas<'_>, panel: &Panel, axis: &str) -> Result<()> {
     let bottom = panel.top + panel.height;
-    let ticks = ticks::ticks(&panel.x, 2);
+    let ticks = ticks::ticks(&panel.x, 4);
     for (tick, label) in ticks.iter().zip(ticks::labels(&ticks)) {
         let (x, _) = panel.at((*tick, 0.0));
         canvas.line(&[(x, bottom), (x, bottom + 4.0)], Stroke::solid(BLACK, 1.0))?;
@@ -109,20 +116,17 @@ fn draw_sequence(canvas: &Canvas<'_>, panel: &Panel, sequence: &Sequence) -> Res
     for start in (0..points.len()).step_by(length) {
         let end = (start + length + 1).min(points.len());
         let middle = (start + end - 1) / 2;
-        canvas.line(&points[start..end], Stroke::solid(colour(middle), 1.5))?;
+        canvas.line(&points[start..end], Stroke::solid(colour(middle), 1.2))?;
     }
     Ok(())
 }
 
 /// The colours from the first to the last pose.
 fn order_bar(canvas: &Canvas<'_>, y: f64) -> Result<()> {
-    const BAR: (f64, f64) = (400.0, 180.0);
+    const BAR: (f64, f64) = (330.0, 180.0);
     let (left, width) = BAR;
-    for i in 0..PIECES * 4 {
-        let at = |i: usize| left + width * i as f64 / (PIECES * 4) as f64;
-        let colour = ramp(&ORDER, (i as f64 + 0.5) / (PIECES * 4) as f64);
-        canvas.rectangle([(at(i), y - 5.0), (at(i + 1) + 0.3, y + 5.0)], colour, true)?;
-    }
+    let corners = [(left, y - 5.0), (left + width, y + 5.0)];
+    canvas.gradient(corners, 90, |share| ramp(&ORDER, share))?;
     canvas.text("first pose", (left - 8.0, y), NORMAL, BLACK, Anchor::End)?;
     canvas.text(
         "last pose",

@@ -11,24 +11,35 @@ use dose3_diffusion::{Process, SampleConfig, State, rotation_logs, sample};
 use dose3_lie::{Vector, so3};
 
 const ROWS: usize = 3;
-/// States of a sample that are shown, noise and result among them.
-const STATES: usize = 6;
+/// States of a sample that are shown, over the number of steps: sequences take shape late.
+const SHOWN: [f64; 6] = [1.0, 0.6, 0.4, 0.2, 0.1, 0.0];
 /// Real windows in a row.
 const REAL: usize = 2;
 /// Translations of `paper` windows lie in [-1, 1].
 const CLIP: f64 = 1.0;
 /// Poses from one heading tick to the next.
 const TICK_EVERY: usize = 8;
+
 /// A sequence as drawn: points of the plane, and where the body looks at each.
-pub struct Sequence {
+struct Sequence {
     points: Vec<(f64, f64)>,
     headings: Vec<(f64, f64)>,
 }
 
 /// One column: its title and its sequences from top to bottom.
-pub struct Column {
+struct Column {
     title: String,
     sequences: Vec<Sequence>,
+}
+
+/// Columns that belong together.
+struct Strip {
+    heading: &'static str,
+    /// What stands below the heading where the columns have no titles.
+    name: String,
+    /// Names of the horizontal and the vertical axis.
+    axes: [String; 2],
+    columns: Vec<Column>,
 }
 
 /// Three sequences sampled by ancestral sampling at several steps, and real windows.
@@ -40,6 +51,51 @@ pub fn reverse_diffusion(input: &FigureInput<'_>) -> Result<Figure> {
     check(input.sets, model)?;
     let view = View::new(model.header.frame);
     let steps = model.header.process.steps;
+    let samples = samples(input, &view)?;
+    let source = trained_on(input.sets, model).unwrap_or(0);
+    let selection = Selection::new(input.sets, source, model, ROWS * REAL)?;
+    // A network trained elsewhere leaves only logs of another body.
+    let frame = selection.set.trajectories.first().map(|t| t.frame);
+    let real_view = View::new(frame.unwrap_or(model.header.frame));
+    let real = Strip {
+        heading: "real windows",
+        name: selection.set.name.into(),
+        axes: real_view.plane.names.clone(),
+        columns: real(input, &selection, &real_view)?,
+    };
+    let caption = format!(
+        "Reverse diffusion of a {}: {ROWS} sequences of {} poses drawn by ancestral sampling (seeds {} to {}, \
+         translations of the estimated clean sequence clipped to ±{CLIP}) at steps t = {} of {steps}, t = 0 \
+         being the result; to the right, in the same normalised units (positions from the window's first, over \
+         its largest displacement), {}. Drawn: the plane of {} for samples, of \
+         {} for real windows; every column has its own scale. Colour: \
+         place in the window, first to last; ticks: where the body looks, one of {TICK_EVERY} poses, shorter \
+         where it looks out of the plane. Positions and rotations are sampled by a network each, which do not \
+         see one another.",
+        network(input.sets, model),
+        model.header.window,
+        input.seed,
+        input.seed + ROWS as u64 - 1,
+        shown(steps)
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
+            .join(", "),
+        selection.describe(),
+        samples.axes.join(" and "),
+        real.axes.join(" and "),
+    );
+    Ok(Figure {
+        key: "reverse-diffusion",
+        title: "Reverse diffusion, from noise to a pose sequence".into(),
+        caption,
+        svg: drawing::draw(&samples, &real)?,
+    })
+}
+
+/// Samples in rows, their states in columns.
+fn samples(input: &FigureInput<'_>, view: &View) -> Result<Strip> {
+    let steps = input.kitti.header.process.steps;
     let mut columns: Vec<Column> = shown(steps)
         .iter()
         .map(|t| Column {
@@ -53,42 +109,18 @@ pub fn reverse_diffusion(input: &FigureInput<'_>) -> Result<Figure> {
             column.sequences.push(view.sequence(&states[steps - t]));
         }
     }
-    let source = trained_on(input.sets, model).unwrap_or(0);
-    let selection = Selection::new(input.sets, source, model, ROWS * REAL)?;
-    let real = real(input, &selection, &view)?;
-    let caption = format!(
-        "Reverse diffusion of a {}: {ROWS} sequences of {} poses drawn by ancestral sampling (seeds {} to {}, \
-         translations of the estimated clean sequence clipped to ±{CLIP}) at steps t = {} of {steps}, t = 0 \
-         being the result; to the right, in the same normalised units (positions from the window's first, over \
-         its largest displacement), {}. Drawn: the plane of {} and {}; every column has its own scale. Colour: \
-         place in the window, first to last; ticks: where the body looks, one of {TICK_EVERY} poses, shorter \
-         where it looks out of the plane.",
-        network(input.sets, model),
-        model.header.window,
-        input.seed,
-        input.seed + ROWS as u64 - 1,
-        shown(steps)
-            .iter()
-            .map(ToString::to_string)
-            .collect::<Vec<_>>()
-            .join(", "),
-        selection.describe(),
-        view.plane.names[0],
-        view.plane.names[1],
-    );
-    Ok(Figure {
-        key: "reverse-diffusion",
-        title: "Reverse diffusion, from noise to a pose sequence".into(),
-        caption,
-        svg: drawing::draw(&columns, &real, selection.set.name, &view)?,
+    Ok(Strip {
+        heading: "sampled, from noise (left) to the result (right)",
+        name: String::new(),
+        axes: view.plane.names.clone(),
+        columns,
     })
 }
 
 /// The steps that are shown, noisiest first.
 fn shown(steps: usize) -> Vec<usize> {
-    let mut shown: Vec<usize> = (0..STATES)
-        .map(|i| steps * (STATES - 1 - i) / (STATES - 1))
-        .collect();
+    let at = |share: f64| (share * steps as f64).round() as usize;
+    let mut shown = SHOWN.map(at).to_vec();
     shown.dedup();
     shown
 }
@@ -127,7 +159,7 @@ fn real(input: &FigureInput<'_>, selection: &Selection<'_>, view: &View) -> Resu
         let sequences: Vec<Sequence> = rest.by_ref().take(ROWS).collect();
         if !sequences.is_empty() {
             columns.push(Column {
-                title: "real".into(),
+                title: String::new(),
                 sequences,
             });
         }
@@ -136,7 +168,7 @@ fn real(input: &FigureInput<'_>, selection: &Selection<'_>, view: &View) -> Resu
 }
 
 /// From where sequences are seen.
-pub struct View {
+struct View {
     plane: Plane,
     forward: Vector,
 }

@@ -1,14 +1,14 @@
 //! Panels of coloured logs over a colour bar.
 
 use super::super::canvas::{Anchor, Canvas, Stroke, page};
+use super::super::legend::{Swatch, legend};
 use super::super::palette::{BLACK, LIGHT_GREY};
-use super::super::panel::{NORMAL, Panel, SMALL, Swatch, equal_aspect, legend};
+use super::super::panel::{Panel, SMALL, equal_aspect};
 use super::super::plane::Plane;
 use super::super::simplify::simplify;
 use super::scale::ScoreScale;
 use super::scored::ScoredLog;
 use anyhow::Result;
-use plotters::style::RGBColor;
 
 const WIDTH: f64 = 960.0;
 const COLUMNS: usize = 2;
@@ -18,7 +18,6 @@ const DOWN: f64 = 396.0;
 const BAR: f64 = 96.0;
 /// A pose closer to the line than this many pixels is not drawn.
 const TOLERANCE: f64 = 0.15;
-const START: RGBColor = BLACK;
 
 /// Draws all logs.
 ///
@@ -35,7 +34,7 @@ pub fn draw(logs: &[ScoredLog<'_>], scale: &ScoreScale, trusted: &str) -> Result
             panel(canvas, corner, log, scale)?;
         }
         let entries = [
-            (Swatch::Dot(START), "start".to_string()),
+            (Swatch::Dot(BLACK), "start".to_string()),
             (
                 Swatch::Line(Stroke::solid(LIGHT_GREY, 2.4)),
                 "in no whole window".to_string(),
@@ -79,12 +78,12 @@ fn panel(
         canvas.line(&simplify(line, TOLERANCE), stroke)?;
     }
     if let Some(start) = drawn.first() {
-        canvas.dot(*start, 4.0, START)?;
+        canvas.dot(*start, 4.0, BLACK)?;
     }
     panel.frame(canvas)?;
     panel.title(
         canvas,
-        &format!("{} {}", scored.set.name, scored.log.name),
+        &format!("{}, log {}", scored.set.name, scored.log.name),
         27.0,
     )?;
     let said = format!(
@@ -92,16 +91,16 @@ fn panel(
         scored.beyond, scored.windows
     );
     let below = (left + PANEL.0 / 2.0, top - 11.0);
-    canvas.text(&said, below, SMALL.max(NORMAL - 1.0), BLACK, Anchor::Middle)?;
+    canvas.text(&said, below, SMALL, BLACK, Anchor::Middle)?;
     panel.x_axis(canvas, &format!("{} (m)", plane.names[0]), 6)?;
     panel.y_axis(canvas, &format!("{} (m)", plane.names[1]), 6)
 }
 
+/// A level and the part of a line that has it.
+type Piece<'a> = (Option<usize>, &'a [(f64, f64)]);
+
 /// The line in pieces of one level each; a piece ends where the next begins.
-fn pieces<'a>(
-    line: &'a [(f64, f64)],
-    levels: &[Option<usize>],
-) -> Vec<(Option<usize>, &'a [(f64, f64)])> {
+fn pieces<'a>(line: &'a [(f64, f64)], levels: &[Option<usize>]) -> Vec<Piece<'a>> {
     let mut pieces = Vec::new();
     let mut start = 0;
     for i in 1..=line.len().min(levels.len()) {

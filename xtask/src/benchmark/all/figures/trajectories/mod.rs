@@ -43,16 +43,18 @@ pub fn trajectories(input: &FigureInput<'_>) -> Result<Figure> {
     let scale = ScoreScale::new(detector.reference.len(), ALPHA);
     let caption = format!(
         "One detector for all panels: paper24 statistics of a {}, all {} diffusion steps, {DRAWS} noise draws \
-         common to all windows (seed {}), density fitted on {} windows of {} ({} logs, none of those drawn). \
-         Colour: p-value of the score among the {} fitted windows, each scored by a density fitted without its \
-         {}; a pose has the geometric mean over the windows of {} poses that hold it. Orange to dark red is \
-         beyond the {} % threshold. At most {POSES} poses a log. {}",
+         common to all windows (seed {}), density fitted on {} windows of {} ({} logs, none of those drawn; the \
+         network was trained on {} of them). Colour: p-value of the score among the {} fitted windows, each \
+         scored by a density fitted without its {}; a pose has the geometric mean over the windows of {} poses \
+         that hold it. Orange to dark red is beyond the {} % threshold. At most {POSES} poses a log, from its \
+         first window on. {}",
         network(input.sets, input.kitti),
         input.kitti.header.process.steps,
         input.seed,
         detector.reference.len(),
         trusted_set.name,
         detector.logs,
+        detector.trained_on,
         detector.reference.len(),
         detector.left_out,
         input.kitti.header.window,

@@ -72,13 +72,8 @@ impl ScoreScale {
     ) -> Result<()> {
         let at = |surprise: f64| left + width * surprise / self.end;
         let bottom = top + HEIGHT;
-        let pieces = 240;
-        for i in 0..pieces {
-            let share = |i: usize| self.end * i as f64 / pieces as f64;
-            let colour = self.colour(self.level(Some((share(i) + share(i + 1)) / 2.0)));
-            let corners = [(at(share(i)), top), (at(share(i + 1)) + 0.3, bottom)];
-            canvas.rectangle(corners, colour, true)?;
-        }
+        let colour = |share: f64| self.colour(self.level(Some(share * self.end)));
+        canvas.gradient([(left, top), (left + width, bottom)], 240, colour)?;
         let thin = Stroke::solid(BLACK, 1.0);
         for p in NAMED.into_iter().filter(|p| -p.log10() < self.end - 0.12) {
             let x = at(-p.log10());

@@ -59,6 +59,8 @@ pub struct Detector {
     pub reference: Reference,
     /// Trusted logs.
     pub logs: usize,
+    /// Those of them that the network was trained on.
+    pub trained_on: usize,
     /// What was left out with a window: its log, or a stretch of it.
     pub left_out: &'static str,
 }
@@ -88,20 +90,26 @@ impl Detector {
         let density = DensityModel::fit(&rows, &groups, &config).with_context(context)?;
         let held_out = cross_fit(&rows, &groups, &config, Folds::Auto, guard(&windows))
             .with_context(context)?;
+        let logs: BTreeSet<usize> = windows.iter().map(|w| w.trajectory).collect();
+        let of_logs = logs.iter().map(|log| &set.trajectories[*log]);
         Ok(Self {
             density,
             reference: Reference::new(held_out.scores)?,
-            logs: windows
-                .iter()
-                .map(|w| w.trajectory)
-                .collect::<BTreeSet<_>>()
-                .len(),
+            trained_on: of_logs.filter(|log| trained_on(input, log)).count(),
+            logs: logs.len(),
             left_out: match held_out.plan.unit() {
                 Unit::Log => "log",
                 Unit::Block => "stretch of the log",
             },
         })
     }
+}
+
+/// Whether the network was trained on a log.
+fn trained_on(input: &FigureInput<'_>, log: &Trajectory) -> bool {
+    let fingerprint = log.fingerprint();
+    let mut training = input.kitti.header.training.logs.iter();
+    training.any(|record| record.sha256 == fingerprint)
 }
 
 /// The largest number of windows that share poses with a window before them.
@@ -157,15 +165,18 @@ impl<'a> ScoredLog<'a> {
         let Some(start) = of_log.first().map(|w| w.start) else {
             bail!("log {} has no window", trajectory.name);
         };
-        let poses = start..trajectory.len().min(start + POSES);
+        let end = trajectory.len().min(start + POSES);
         let mut windows = of_log;
-        windows.retain(|w| w.start + w.length <= poses.end);
+        windows.retain(|w| w.start + w.length <= end);
+        let cut = windows.len() > input.max_windows;
         windows.truncate(input.max_windows);
+        let poses = match windows.last() {
+            Some(last) if cut => start..last.start + last.length,
+            _ => start..end,
+        };
         let rows = scorer.rows(&set.trajectories, &windows)?;
         let scores = detector.density.scores(&rows)?;
         let threshold = detector.reference.threshold(ALPHA);
-        let fingerprint = trajectory.fingerprint();
-        let mut training = input.kitti.header.training.logs.iter();
         Ok(Self {
             set,
             log: trajectory,
@@ -173,18 +184,18 @@ impl<'a> ScoredLog<'a> {
             poses,
             windows: windows.len(),
             beyond: scores.iter().filter(|s| **s > threshold).count(),
-            trained_on: training.any(|l| l.sha256 == fingerprint),
+            trained_on: trained_on(input, trajectory),
         })
     }
 
-    /// `KITTI 07: 12 of 31 windows beyond.`
+    /// `KITTI log 07 (poses 0 to 1100): 12 of 31 windows beyond.`
     pub fn describe(&self) -> String {
         let trained = match self.trained_on {
             true => ", a log the network was trained on",
             false => "",
         };
         format!(
-            "{} {} (poses {} to {}{trained}): {} of {} windows beyond.",
+            "{} log {} (poses {} to {}{trained}): {} of {} windows beyond.",
             self.set.name,
             self.log.name,
             self.poses.start,
