@@ -56,17 +56,17 @@ pub fn page(title: &str, warning: Option<&str>, facts: &[String], sections: &[Se
             escaped(section.title)
         );
     }
-    let _ = write!(out, "</nav><main><h1>{}</h1>\n", escaped(title));
+    let _ = writeln!(out, "</nav><main><h1>{}</h1>", escaped(title));
     if let Some(warning) = warning {
-        let _ = write!(out, "<p class=\"warning\">{}</p>\n", inline(warning));
+        let _ = writeln!(out, "<p class=\"warning\">{}</p>", inline(warning));
     }
     for fact in facts {
-        let _ = write!(out, "<p class=\"facts\">{}</p>\n", inline(fact));
+        let _ = writeln!(out, "<p class=\"facts\">{}</p>", inline(fact));
     }
     for section in sections {
-        let _ = write!(
+        let _ = writeln!(
             out,
-            "<h2 id=\"{}\">{}</h2>\n",
+            "<h2 id=\"{}\">{}</h2>",
             section.anchor,
             escaped(section.title)
         );
