@@ -252,7 +252,11 @@ impl Run<'_> {
         };
         let panels = report::roc_panels(findings);
         if !panels.is_empty() {
-            take("roc", figures::roc(&panels).map(|f| vec![f]));
+            let roc = figures::roc(&panels).map(|mut figure| {
+                figure.caption += report::ROC_CAPTION;
+                vec![figure]
+            });
+            take("roc", roc);
         }
         match self.figure_models() {
             Ok((kitti, oxford, sets)) => {

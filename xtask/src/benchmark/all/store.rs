@@ -1,11 +1,32 @@
 //! Finished jobs on disk, so that an interrupted run goes on where it was.
+//!
+//! A job is taken up where program, data, weights and settings are what they were. The program is told by
+//! its sources without those that only write tables and draw, so that a better caption costs no new run.
 
 use super::measure::Found;
 use anyhow::{Context, Result};
 use dose3::atomic;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// Folders of sources, from the root of the workspace.
+const SOURCES: [&str; 3] = ["crates", "xtask/src", "Cargo.lock"];
+/// Sources of this folder that no measured number depends on.
+const WRITING: [&str; 10] = [
+    "clock.rs",
+    "cost.rs",
+    "figures",
+    "findings.rs",
+    "page.rs",
+    "readings.rs",
+    "report.rs",
+    "shortfalls.rs",
+    "table.rs",
+    "tables.rs",
+];
+/// This folder, from the root of the workspace.
+const HERE: &str = "xtask/src/benchmark/all";
 
 /// A folder with a file a job.
 pub struct Store {
@@ -23,16 +44,16 @@ struct Kept {
 }
 
 impl Store {
-    /// A store for runs that `identity` describes; what other builds of the program left is not taken up.
+    /// A store for runs that `identity` describes; what another program left is not taken up.
     ///
     /// # Errors
-    /// The program's own file cannot be read.
+    /// The program's sources cannot be read.
     pub fn new(folder: PathBuf, identity: &[String], resume: bool) -> Result<Self> {
-        let program = std::env::current_exe().context("where is this program?")?;
-        let bytes = std::fs::read(&program)
-            .with_context(|| format!("cannot read {}", program.display()))?;
         let mut hash = Sha256::new();
-        hash.update(Sha256::digest(bytes));
+        hash.update(program(Path::new(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/.."
+        )))?);
         for part in identity {
             hash.update(Sha256::digest(part));
         }
@@ -78,6 +99,47 @@ impl Store {
     }
 }
 
+/// The hash of the sources under the root of the workspace.
+fn program(root: &Path) -> Result<Vec<u8>> {
+    let mut files = Vec::new();
+    for source in SOURCES {
+        collect(&root.join(source), &mut files)?;
+    }
+    files.sort();
+    let here = root.join(HERE);
+    let mut hash = Sha256::new();
+    for file in files {
+        if WRITING.iter().any(|name| file.starts_with(here.join(name))) {
+            continue;
+        }
+        let bytes = std::fs::read(&file).with_context(|| unreadable(&file))?;
+        hash.update(Sha256::digest(bytes));
+    }
+    Ok(hash.finalize().to_vec())
+}
+
+/// All Rust sources and lock files under `path`.
+fn collect(path: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
+    if path.is_dir() {
+        for entry in std::fs::read_dir(path).with_context(|| unreadable(path))? {
+            collect(&entry?.path(), files)?;
+        }
+        return Ok(());
+    }
+    let kept = path.extension().is_some_and(|e| e == "rs" || e == "lock");
+    if kept || !path.exists() {
+        files.push(path.into());
+    }
+    Ok(())
+}
+
+fn unreadable(path: &Path) -> String {
+    format!(
+        "cannot read {}, by which finished jobs are recognised: run this from its workspace",
+        path.display()
+    )
+}
+
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
@@ -88,6 +150,32 @@ mod tests {
     use super::super::findings::tests::job;
     use super::*;
     use crate::benchmark::cells::Protocol;
+
+    #[test]
+    fn numbers_depend_on_measuring_sources_and_not_on_writing_ones() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        let write = |name: &str, text: &str| {
+            let path = root.join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        };
+        assert!(program(root).is_err());
+        write("Cargo.lock", "1");
+        write("crates/ood/src/lib.rs", "1");
+        write(&format!("{HERE}/measure.rs"), "1");
+        let before = program(root).unwrap();
+        write(&format!("{HERE}/page.rs"), "2");
+        write(&format!("{HERE}/figures/roc.rs"), "2");
+        assert_eq!(program(root).unwrap(), before);
+        write(&format!("{HERE}/measure.rs"), "2");
+        let after = program(root).unwrap();
+        assert_ne!(after, before);
+        write("crates/ood/src/lib.rs", "2");
+        assert_ne!(program(root).unwrap(), after);
+        let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/benchmark/all");
+        assert!(WRITING.iter().all(|name| here.join(name).exists()));
+    }
 
     #[test]
     fn only_the_same_job_on_the_same_weights_and_data_is_taken_up() {

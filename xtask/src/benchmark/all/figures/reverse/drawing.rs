@@ -92,7 +92,7 @@ fn draw_column(canvas: &Canvas<'_>, left: f64, column: &Column, axis: &str) -> R
 /// Ticks at zero and at a round number on both sides.
 fn scale(canvas: &Canvas<'_>, panel: &Panel, axis: &str) -> Result<()> {
     let bottom = panel.top + panel.height;
-    let ticks = ticks::ticks(&panel.x, 4);
+    let ticks = ticks::ticks(&panel.x, 5);
     for (tick, label) in ticks.iter().zip(ticks::labels(&ticks)) {
         let (x, _) = panel.at((*tick, 0.0));
         canvas.line(&[(x, bottom), (x, bottom + 4.0)], Stroke::solid(BLACK, 1.0))?;
