@@ -3,7 +3,7 @@
 mod common;
 
 use common::{mean, waves, windows};
-use dose3_baselines::{Divergence, Error, FAR, Jem, JemConfig, Outcome};
+use dose3_baselines::{Divergence, Error, FAR, Jem, JemConfig, Outcome, annotate, annotation};
 
 const LENGTH: usize = 16;
 const CHANNELS: usize = 3;
@@ -88,6 +88,21 @@ fn the_same_seed_gives_the_same_bytes_and_they_read_back() {
     assert_eq!(read.to_bytes().unwrap(), bytes);
     assert_eq!(read.report(), first.report());
     assert!(Jem::from_bytes(&bytes[..bytes.len() - 4]).is_err());
+}
+
+#[test]
+fn a_note_travels_with_the_weights() {
+    let bytes = train(&quick(), 4).to_bytes().unwrap();
+    assert!(matches!(
+        annotation::<Vec<f64>>(&bytes),
+        Err(Error::Header(_))
+    ));
+    let note = vec![0.1, 1.0 / 3.0];
+    let noted = annotate(&annotate(&bytes, &"first").unwrap(), &note).unwrap();
+    assert_eq!(annotation::<Vec<f64>>(&noted).unwrap(), note);
+    let read = Jem::from_bytes(&noted).unwrap();
+    assert_eq!(read.to_bytes().unwrap(), bytes);
+    assert!(annotate(&noted[..noted.len() - 4], &note).is_err());
 }
 
 #[test]
