@@ -79,8 +79,8 @@ pub fn cost(findings: &Findings, training: Option<f64>) -> Table {
     Table {
         title: "Three protocols and what each row costs".into(),
         text: "Mean AUROC over the cells. Training: of the diffusion networks the time of some optimiser steps in \
-               this run times their number; of the baselines as recorded when they were trained, on a machine that \
-               trained other networks too. Scoring: milliseconds a window with `paper` windows, in this run."
+               this run times their number; of the baselines the wall time when they were trained, one thread \
+               each beside other work (processor time: Glow 7 minutes, JEM 4, crates/baselines/README.md). Scoring: milliseconds a window with `paper` windows, in this run."
             .into(),
         head: [
             "method",

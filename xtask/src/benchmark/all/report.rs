@@ -190,11 +190,17 @@ impl Report {
     }
 
     fn facts(&self, findings: &Findings) -> Vec<String> {
+        let outcomes = findings.outcomes.keys();
+        let jobs: f64 = outcomes
+            .filter_map(|key| findings.found(key))
+            .map(|f| f.seconds)
+            .sum();
         let mut facts = vec![
             format!("`cargo xtask {}`", self.command),
             format!(
-                "commit {}, {}; {:.0} s in this run, jobs that an earlier run finished not counted; density `{}`.",
-                self.commit, self.machine, self.seconds, self.density
+                "commit {}, {}; all jobs together {:.0} s, this run {:.0} s (finished jobs of an earlier run are \
+                 taken up); density `{}`.",
+                self.commit, self.machine, jobs, self.seconds, self.density
             ),
             "X/Y: in-distribution set X (it fits the density), out-of-distribution set Y. A higher score is more \
              OOD. Networks are trained once and never retrained for a column."
