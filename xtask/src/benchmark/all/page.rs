@@ -31,6 +31,7 @@ table{border-collapse:collapse;font-size:13.5px;font-variant-numeric:tabular-num
 th,td{padding:5px 9px;border-bottom:1px solid var(--line);text-align:left;vertical-align:top}
 thead th{border-bottom:2px solid var(--soft);white-space:nowrap}
 tbody th{font-weight:500;max-width:360px}
+td.number{white-space:nowrap}
 tr.printed th,tr.printed td{color:var(--soft);font-style:italic;padding-top:1px}
 .note,figcaption{color:var(--soft);font-size:13.5px;max-width:90ch}
 figure{margin:20px 0}figure svg{max-width:100%;height:auto}

@@ -104,7 +104,7 @@ impl Table {
             for cell in &row.cells {
                 let shade = match cell.auroc {
                     Some(value) if !row.printed => {
-                        format!(" style=\"background:{}\"", shade(value))
+                        format!(" class=\"number\" style=\"background:{}\"", shade(value))
                     }
                     _ => String::new(),
                 };

@@ -138,7 +138,9 @@ impl View {
             text: self.text.into(),
             head: findings.heads("method"),
             rows,
-            notes: Vec::new(),
+            notes: vec![
+                "Untrained networks: one draw of weights, at most 400 windows a set.".to_string(),
+            ],
         }
     }
 }
