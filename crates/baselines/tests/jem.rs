@@ -3,7 +3,9 @@
 mod common;
 
 use common::{mean, waves, windows};
-use dose3_baselines::{Divergence, Error, FAR, Jem, JemConfig, Outcome};
+use dose3_baselines::{
+    Divergence, Error, FAR, Jem, JemConfig, Outcome, Precision, annotate, annotation,
+};
 
 const LENGTH: usize = 16;
 const CHANNELS: usize = 3;
@@ -88,6 +90,43 @@ fn the_same_seed_gives_the_same_bytes_and_they_read_back() {
     assert_eq!(read.to_bytes().unwrap(), bytes);
     assert_eq!(read.report(), first.report());
     assert!(Jem::from_bytes(&bytes[..bytes.len() - 4]).is_err());
+}
+
+#[test]
+fn a_note_travels_with_the_weights() {
+    let bytes = train(&quick(), 4).to_bytes().unwrap();
+    assert!(matches!(
+        annotation::<Vec<f64>>(&bytes),
+        Err(Error::Header(_))
+    ));
+    let note = vec![0.1, 1.0 / 3.0];
+    let first = annotate(&bytes, &"first", Precision::F32).unwrap();
+    let noted = annotate(&first, &note, Precision::F32).unwrap();
+    assert_eq!(annotation::<Vec<f64>>(&noted).unwrap(), note);
+    let read = Jem::from_bytes(&noted).unwrap();
+    assert_eq!(read.to_bytes().unwrap(), bytes);
+    assert!(annotate(&noted[..noted.len() - 4], &note, Precision::F32).is_err());
+}
+
+#[test]
+fn half_precision_halves_the_file_and_hardly_moves_the_scores() {
+    let jem = train(&quick(), 4);
+    let bytes = jem.to_bytes().unwrap();
+    let halved = annotate(&bytes, &"note", Precision::F16).unwrap();
+    assert!(halved.len() < bytes.len() * 6 / 10);
+    let read = Jem::from_bytes(&halved).unwrap();
+    let (data, _) = labelled(20, 3);
+    let score = |jem: &Jem| jem.score(windows(LENGTH, CHANNELS, &data)).unwrap();
+    let (full, half) = (score(&jem), score(&read));
+    for (full, half) in full.iter().zip(&half) {
+        assert!(
+            (full - half).abs() < 1e-2 * full.abs().max(1.0),
+            "{full} {half}"
+        );
+    }
+    assert_ne!(full, half);
+    // What is rounded once stays as it is.
+    assert_eq!(annotate(&halved, &"note", Precision::F16).unwrap(), halved);
 }
 
 #[test]

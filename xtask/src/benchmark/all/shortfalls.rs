@@ -17,9 +17,9 @@ const NOTES: [&str; 3] = [
      set the column trusts. The better they know KITTI, the lower a column gets in which KITTI is the foreign set. \
      The paper's are nearer to chance on either side.",
     "O/K of the network rows: a network trained on KITTI predicts KITTI's noise best, so KITTI windows lie inside \
-     the cloud of RobotCar's statistics, where a density is high. The printed 1.000 comes back as soon as RobotCar's \
-     angles, which are radians, are converted from degrees once more, as the authors' loader does: every rotation \
-     then is next to none, and any other platform stands out. Networks trained on RobotCar do not have the problem \
+     the cloud of RobotCar's statistics, where a density is high. With one noise draw for all windows the printed 1.000 \
+     comes back as soon as RobotCar's angles, which are radians, are converted from degrees once more, as the authors' \
+     loader does: every rotation then is next to none, and any other platform stands out. Networks trained on RobotCar do not have the problem \
      (table of training sets), nor has the row of denoising errors, which separates all cells.",
     "Networks here have width 16 and 0.77 million parameters, the authors' width 128; docs/RESULTS.md says what a \
      wider one changes.",
