@@ -214,10 +214,7 @@ impl ReleaseArgs {
         let Some(letter) = self.set.or(of_recipe) else {
             return self.logs_by_role(&root);
         };
-        let mut set = sets::real(&root)?
-            .into_iter()
-            .find(|s| s.letter == letter)
-            .with_context(|| format!("data set {letter} is missing in {}", root.source))?;
+        let mut set = sets::real_set(&root, letter)?;
         set.choose_test_logs(&sets::kitti_held_out(&set.trajectories), &[]);
         let held_out = set.test_names();
         let logs = set.trajectories.iter().map(|log| self.at_rate(log));

@@ -56,6 +56,17 @@ pub struct Cell {
     pub fpr_at_95_tpr: Estimate,
 }
 
+/// The columns that letters in this order give: first against second, second against first, and so on.
+pub fn columns(letters: &[char]) -> Vec<(char, char)> {
+    let mut columns = Vec::new();
+    for (i, a) in letters.iter().enumerate() {
+        for b in &letters[i + 1..] {
+            columns.extend([(*a, *b), (*b, *a)]);
+        }
+    }
+    columns
+}
+
 /// What is needed of one set: its statistics, one row a window.
 pub struct Rows<'a> {
     /// The set.

@@ -1,6 +1,6 @@
 //! Results as data and as tables.
 
-use super::cells::{Cell, Protocol};
+use super::cells::{Cell, Protocol, columns};
 use super::paper;
 use super::sets::DataSet;
 use super::{METHODS, Method};
@@ -119,16 +119,8 @@ impl Report {
     /// The pairs of sets in the order of the paper's columns: first against second, second
     /// against first, and so on.
     fn columns(&self) -> Vec<(char, char)> {
-        let l: Vec<char> = self.sets.iter().map(|s| s.letter).collect();
-        let mut columns = Vec::new();
-        for (i, a) in l.iter().enumerate() {
-            for b in &l[i + 1..] {
-                columns.push((*a, *b));
-                columns.push((*b, *a));
-            }
-        }
-        // The paper: O/K K/O O/I I/O K/I I/K.
-        columns
+        let letters: Vec<char> = self.sets.iter().map(|s| s.letter).collect();
+        columns(&letters)
     }
 
     fn values(

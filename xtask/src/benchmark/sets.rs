@@ -149,25 +149,42 @@ impl DataSet {
     }
 }
 
+/// The real sets: letter, name and folder.
+const REAL: [(char, &str, &str); 3] = [
+    ('O', "Oxford RobotCar", "robotcar"),
+    ('K', "KITTI", "kitti/poses"),
+    ('I', "IROS20", "iros20"),
+];
+
 /// Those of Oxford, KITTI and IROS20 that are under `root`.
 ///
 /// # Errors
 /// A data set that is there and cannot be read.
 pub fn real(root: &DataRoot) -> Result<Vec<DataSet>> {
-    [
-        ('O', "Oxford RobotCar", "robotcar"),
-        ('K', "KITTI", "kitti/poses"),
-        ('I', "IROS20", "iros20"),
-    ]
-    .into_iter()
-    .filter(|(_, _, folder)| root.path.join(folder).is_dir())
-    .map(|(letter, name, folder)| {
-        let path = root.path.join(folder);
-        let trajectories = load_all(std::slice::from_ref(&path), &LoadOptions::default())
-            .with_context(|| format!("{name} cannot be read from {}", path.display()))?;
-        DataSet::new(letter, name, trajectories)
-    })
-    .collect()
+    let there = REAL
+        .iter()
+        .filter(|(_, _, folder)| root.path.join(folder).is_dir());
+    there.map(|(letter, ..)| real_set(root, *letter)).collect()
+}
+
+/// The real set of that letter; the others are not read.
+///
+/// # Errors
+/// A letter that none has, a folder that is missing or cannot be read.
+pub fn real_set(root: &DataRoot, letter: char) -> Result<DataSet> {
+    let Some((_, name, folder)) = REAL.iter().find(|(known, ..)| *known == letter) else {
+        bail!("no data set has the letter {letter}; they are O, K and I");
+    };
+    let path = root.path.join(folder);
+    if !path.is_dir() {
+        bail!(
+            "{name} is missing: {folder} is no folder in {}",
+            root.source
+        );
+    }
+    let trajectories = load_all(std::slice::from_ref(&path), &LoadOptions::default())
+        .with_context(|| format!("{name} cannot be read from {}", path.display()))?;
+    DataSet::new(letter, name, trajectories)
 }
 
 /// Fingerprints of the KITTI logs that no network of the benchmarks is trained on.
@@ -201,6 +218,23 @@ pub fn synthetic(seed: u64, logs: usize) -> Result<Vec<DataSet>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_set_is_read_without_the_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let poses = folder.path().join("kitti/poses");
+        std::fs::create_dir_all(&poses).unwrap();
+        for name in ["00.txt", "01.txt"] {
+            let line = |i: i32| format!("1 0 0 0 0 1 0 0 0 0 1 {i}\n");
+            std::fs::write(poses.join(name), (0..5).map(line).collect::<String>()).unwrap();
+        }
+        std::fs::create_dir(folder.path().join("iros20")).unwrap();
+        std::fs::write(folder.path().join("iros20/traj.npy"), "broken").unwrap();
+        let root = DataRoot::find(Some(folder.path())).unwrap();
+        assert_eq!(real_set(&root, 'K').unwrap().trajectories.len(), 2);
+        assert!(real(&root).is_err());
+        assert!(real_set(&root, 'O').is_err() && real_set(&root, 'X').is_err());
+    }
 
     #[test]
     fn a_cut_takes_the_smallest_stride_that_leaves_few_enough_windows() {

@@ -37,17 +37,6 @@ pub struct Query<'a> {
     pub protocol: Protocol,
 }
 
-/// The columns that letters in this order give: first against second, second against first, and so on.
-pub fn columns(letters: &[char]) -> Vec<(char, char)> {
-    let mut columns = Vec::new();
-    for (i, a) in letters.iter().enumerate() {
-        for b in &letters[i + 1..] {
-            columns.extend([(*a, *b), (*b, *a)]);
-        }
-    }
-    columns
-}
-
 impl Findings {
     /// A job that ran.
     pub fn found(&self, job: &str) -> Option<&Found> {
@@ -175,6 +164,7 @@ pub fn auroc(values: &[f64]) -> Entry {
 #[cfg(test)]
 pub mod tests {
     use super::*;
+    use crate::benchmark::cells::columns;
     use dose3_ood::metrics::Estimate;
 
     /// A job whose rows have the same AUROC in every cell, given per row and protocol.

@@ -1,6 +1,6 @@
 //! One job: statistics of all windows, densities, cells.
 
-use super::figures::Curve;
+use super::figures::{Curve, spread};
 use super::jobs::{Change, Job};
 use super::rows::Row;
 use crate::benchmark::cells::{Cell, Fitted, Protocol, Rows, cell};
@@ -384,11 +384,7 @@ fn row_found(
 
 /// At most [`CURVE`] points, both ends among them.
 pub fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let last = points.len().saturating_sub(1);
-    let kept = points.len().min(CURVE);
-    (0..kept)
-        .filter_map(|i| points.get(i * last / (kept - 1).max(1)).copied())
-        .collect()
+    spread(points, CURVE)
 }
 
 #[cfg(test)]

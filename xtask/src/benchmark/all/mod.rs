@@ -19,6 +19,7 @@ mod tables;
 mod tests;
 
 use super::BenchmarkArgs;
+use super::cells::columns;
 use super::sets::DataSet;
 use crate::learned::Request;
 use crate::provenance::{commit, machine};
@@ -30,7 +31,7 @@ use dose3::model_file::Model;
 use dose3_datasets::Trajectory;
 use dose3_model::Precision;
 use dose3_ood::DensityConfig;
-use findings::{Findings, Outcome, columns};
+use findings::{Findings, Outcome};
 use jobs::{Change, Job};
 use measure::{Found, Settings, prepare};
 use std::collections::BTreeMap;
@@ -80,15 +81,16 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
         &identity(args, &sets),
         !args.all.fresh,
     )?;
+    let plan = jobs::plan(args.quick);
     let mut run = Run {
         sets: &sets,
         settings,
         store,
         outcomes: BTreeMap::new(),
-        clock: Clock::new(&jobs::plan(args.quick), args.quick, sets.len())?,
+        clock: Clock::new(&plan, args.quick, sets.len())?,
     };
-    for job in jobs::plan(args.quick) {
-        run.job(&job)?;
+    for job in &plan {
+        run.job(job)?;
     }
     run.learned(args, source.is_none())?;
     let training = run.training_seconds()?;

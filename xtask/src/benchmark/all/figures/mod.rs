@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 pub use epsilon::epsilon;
 pub use reverse::reverse_diffusion;
 pub use roc::roc;
+pub use select::spread;
 pub use trajectories::trajectories;
 
 /// A figure with what has to stand below it.
