@@ -6,9 +6,10 @@ use crate::data::DataRoot;
 use crate::study;
 use anyhow::{Context, Result};
 use clap::{Args, Parser, ValueEnum};
+use dose3::atomic;
 use dose3::backend::Backend;
 use dose3::train::{HoldOut, TrainOptions, train};
-use dose3::{atomic, plot};
+use dose3_cli::plot;
 use dose3_datasets::{Kind, Scaling, Trajectory};
 use dose3_diffusion::trainer::{TrainConfig, to_csv};
 use dose3_diffusion::{NoiseSchedule, ProcessConfig};
@@ -36,8 +37,8 @@ pub enum Recipe {
 impl Recipe {
     fn file(self) -> &'static str {
         match self {
-            Self::Paper => "crates/cli/weights/kitti-paper.dose3",
-            Self::Motion => "crates/cli/weights/motion.dose3",
+            Self::Paper => "crates/dose3/weights/kitti-paper.dose3",
+            Self::Motion => "crates/dose3/weights/motion.dose3",
         }
     }
 
@@ -120,7 +121,7 @@ pub struct ReleaseArgs {
     #[arg(long, default_value = "docs/training")]
     pub logs: PathBuf,
     /// Where to train
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_name = "BACKEND", default_value_t)]
     pub backend: Backend,
     /// Threads (0: all cores); results do not depend on it
     #[arg(long, default_value_t = 0)]

@@ -79,7 +79,7 @@ pub struct Reading {
 #[command(next_help_heading = "Computing")]
 pub struct Computing {
     /// Where the networks run
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_name = "BACKEND", default_value_t)]
     pub backend: Backend,
     /// Threads (0: all cores); results do not depend on it
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -1,17 +1,3 @@
-//! Is this pose log like the logs I trust? The library behind the `dose3` program: it wires the
-//! crates of the workspace together. [`train`] makes a model, [`fit`] a detector from a model and
-//! trusted logs without retraining, [`score`] judges logs.
+//! The parts of the `dose3` program that other programs of the workspace use too.
 
-pub mod atomic;
-pub mod backend;
-pub mod built_in;
-pub mod detector_file;
-pub mod evaluate;
-pub mod features;
-pub mod fit;
-pub mod generate;
-pub mod logs;
-pub mod model_file;
 pub mod plot;
-pub mod score;
-pub mod train;

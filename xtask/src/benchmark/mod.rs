@@ -88,7 +88,7 @@ pub struct BenchmarkArgs {
     #[arg(long, value_name = "FILE")]
     pub render: Option<PathBuf>,
     /// Where the networks run
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_name = "BACKEND", default_value_t)]
     pub backend: Backend,
     /// Threads (0: all cores); results do not depend on it
     #[arg(long, default_value_t = 0)]

@@ -6,9 +6,10 @@ use dose3_engine::{Engine, EngineOptions};
 use dose3_model::{NoiseModel, PairParameters, Parameters};
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::str::FromStr;
 
 /// A place to run the networks on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Backend {
     /// The built-in CPU engine.
@@ -22,6 +23,29 @@ pub enum Backend {
     Wgpu,
     /// burn on CUDA; needs the feature `cuda`.
     Cuda,
+}
+
+impl Backend {
+    /// Every backend, whether or not this build holds it.
+    pub const ALL: [Self; 5] = [
+        Self::Engine,
+        Self::BurnFlex,
+        Self::Ndarray,
+        Self::Wgpu,
+        Self::Cuda,
+    ];
+}
+
+impl FromStr for Backend {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let found = Self::ALL.into_iter().find(|b| b.to_string() == text);
+        found.with_context(|| {
+            let names = Self::ALL.map(|b| b.to_string()).join(", ");
+            format!("no backend is named {text:?}, expected one of {names}")
+        })
+    }
 }
 
 impl fmt::Display for Backend {
