@@ -256,7 +256,7 @@ fn report(
     LogReport {
         log: log.name.clone(),
         path: log.path.display().to_string(),
-        verdict: if verdict.ood {
+        verdict: if verdict.verdict.is_ood() {
             "out_of_distribution"
         } else {
             "in_distribution"

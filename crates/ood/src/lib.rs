@@ -10,6 +10,7 @@ pub mod metrics;
 mod score;
 mod special;
 pub mod statistics;
+mod verdict;
 
 pub use calibration::{Combination, Reference, SharePrediction, cross_fit};
 pub use density::{Density, DensityConfig, DensityModel};
@@ -21,3 +22,4 @@ pub use score::Score;
 pub use statistics::{
     Accumulator, Group, PoseWindow, Sample, Statistic, StatisticsSet, Trace, TraceSummary,
 };
+pub use verdict::Verdict;

@@ -58,9 +58,9 @@ fn a_held_out_log_passes_and_a_shifted_one_does_not() {
     for combination in Combination::ALL {
         let detector = fit(config(combination), 10, 40);
         let unseen = detector.judge(&log(100, 40, 0.0)).unwrap();
-        assert!(!unseen.ood, "{combination}: {unseen:?}");
+        assert!(!unseen.verdict.is_ood(), "{combination}: {unseen:?}");
         let shifted = detector.judge(&log(101, 40, 4.0)).unwrap();
-        assert!(shifted.ood, "{combination}: {shifted:?}");
+        assert!(shifted.verdict.is_ood(), "{combination}: {shifted:?}");
         assert_eq!(
             shifted.contributions[0].group, "paper24.rotation_z",
             "{combination}"
@@ -79,7 +79,7 @@ fn a_finer_alpha_than_the_logs_allow_is_said_and_decided_by_share() {
     assert_eq!(verdict.rule, Rule::Share);
     assert_eq!(verdict.smallest_p_value, 1.0 / 11.0);
     assert_eq!(verdict.p_value, 1.0 / 11.0);
-    assert!(verdict.p_value > verdict.alpha && verdict.ood);
+    assert!(verdict.p_value > verdict.alpha && verdict.verdict.is_ood());
     let said = verdict
         .notes
         .iter()
@@ -90,11 +90,11 @@ fn a_finer_alpha_than_the_logs_allow_is_said_and_decided_by_share() {
 
     // At alpha = 0.1 the p-value can decide, and needs no note.
     let coarse = detector.judge_at(&log(101, 40, 4.0), 0.1).unwrap();
-    assert_eq!((coarse.rule, coarse.ood), (Rule::PValue, true));
+    assert_eq!((coarse.rule, coarse.verdict.is_ood()), (Rule::PValue, true));
     assert!(coarse.notes.is_empty(), "{:?}", coarse.notes);
     // A log with fewer windows than any trusted one goes by its share all the same.
     let short = detector.judge_at(&log(102, 12, 0.0), 0.1).unwrap();
-    assert_eq!((short.rule, short.ood), (Rule::Share, false));
+    assert_eq!((short.rule, short.verdict.is_ood()), (Rule::Share, false));
     assert!(short.notes[0].contains("12 windows"), "{:?}", short.notes);
     assert!(detector.judge_at(&log(1, 5, 0.0), 0.0).is_err());
     assert!(detector.judge(&[]).is_err());
@@ -107,21 +107,24 @@ fn one_window_is_judged_by_its_p_value() {
     let detector = fit(config(Combination::Joint), 10, 40);
     let inside = detector.judge(&log(200, 1, 0.0)).unwrap();
     assert_eq!(
-        (inside.rule, inside.ood, inside.windows),
+        (inside.rule, inside.verdict.is_ood(), inside.windows),
         (Rule::Window, false, 1)
     );
     let outside = detector.judge(&log(201, 1, 6.0)).unwrap();
-    assert_eq!((outside.rule, outside.ood), (Rule::Window, true));
+    assert_eq!(
+        (outside.rule, outside.verdict.is_ood()),
+        (Rule::Window, true)
+    );
     assert_eq!(outside.window_p_values, [1.0 / 401.0]);
     // Four windows overlap into one; one of them in range is enough to pass.
     let mut mixed = log(202, 3, 6.0);
     mixed.extend(log(200, 1, 0.0));
     let mixed = detector.judge(&mixed).unwrap();
-    assert_eq!((mixed.rule, mixed.ood), (Rule::Window, false));
+    assert_eq!((mixed.rule, mixed.verdict.is_ood()), (Rule::Window, false));
     // Finer than the windows allow: said, and nothing is called OOD.
     let fine = detector.judge_at(&log(201, 1, 6.0), 1e-4).unwrap();
     assert!(
-        !fine.ood && fine.notes.iter().any(|n| n.contains("0.0025")),
+        !fine.verdict.is_ood() && fine.notes.iter().any(|n| n.contains("0.0025")),
         "{:?}",
         fine.notes
     );
@@ -138,7 +141,10 @@ fn where_no_share_is_rare_enough_each_window_has_to_be() {
     let mut faulty = log(300, 8, -30.0);
     let verdict = detector.judge_at(&faulty, 0.02).unwrap();
     assert_eq!((verdict.rule, verdict.share_limit), (Rule::Window, None));
-    assert!(verdict.ood && verdict.beyond == 8, "{verdict:?}");
+    assert!(
+        verdict.verdict.is_ood() && verdict.beyond == 8,
+        "{verdict:?}"
+    );
     assert!(
         verdict
             .notes
@@ -148,7 +154,7 @@ fn where_no_share_is_rare_enough_each_window_has_to_be() {
         verdict.notes
     );
     faulty[3] = log(301, 1, 0.0).remove(0);
-    assert!(!detector.judge_at(&faulty, 0.02).unwrap().ood);
+    assert!(!detector.judge_at(&faulty, 0.02).unwrap().verdict.is_ood());
 }
 
 #[test]
@@ -156,11 +162,17 @@ fn one_far_window_rejects_a_long_log() {
     let detector = fit(config(Combination::Joint), 10, 40);
     let mut log = log(100, 40, 0.0);
     let sound = detector.judge(&log).unwrap();
-    assert!(!sound.ood && sound.worst_p_value > 0.025, "{sound:?}");
+    assert!(
+        !sound.verdict.is_ood() && sound.worst_p_value > 0.025,
+        "{sound:?}"
+    );
     // Neither the mean over 40 windows nor a share of one in 40 would show it.
     log[17] = crate::log(101, 1, 30.0).remove(0);
     let verdict = detector.judge(&log).unwrap();
-    assert_eq!((verdict.rule, verdict.ood), (Rule::Worst, true));
+    assert_eq!(
+        (verdict.rule, verdict.verdict.is_ood()),
+        (Rule::Worst, true)
+    );
     assert!(verdict.worst_p_value <= Rule::WORST_SHARE * 0.05 && verdict.share_p_value > 0.05);
 }
 
@@ -173,7 +185,10 @@ fn one_or_two_trusted_logs_are_cut_and_it_is_said() {
         assert_eq!(calibration.units.len(), 6);
         assert_eq!(calibration.units[1].name, "log 0, block 2");
         let shifted = detector.judge(&log(101, 40, 6.0)).unwrap();
-        assert!(shifted.ood && shifted.rule == Rule::Share, "{shifted:?}");
+        assert!(
+            shifted.verdict.is_ood() && shifted.rule == Rule::Share,
+            "{shifted:?}"
+        );
         assert_eq!(shifted.p_value, 1.0 / (logs + 1) as f64);
         assert!(
             shifted
@@ -182,10 +197,16 @@ fn one_or_two_trusted_logs_are_cut_and_it_is_said() {
                 .any(|n| n.contains("6 contiguous blocks"))
         );
         // The data that were trusted are trusted.
-        assert!(!detector.judge(&trusted(logs, 120 / logs).0).unwrap().ood);
+        assert!(
+            !detector
+                .judge(&trusted(logs, 120 / logs).0)
+                .unwrap()
+                .verdict
+                .is_ood()
+        );
         // One log cannot support any alpha, and says so.
         let fine = detector.judge_at(&log(101, 40, 6.0), 1e-4).unwrap();
-        assert!(!fine.ood && fine.share_limit.is_none());
+        assert!(!fine.verdict.is_ood() && fine.share_limit.is_none());
         assert!(
             fine.notes
                 .iter()
@@ -231,8 +252,15 @@ fn false_alarms_of_windows_stay_near_their_alpha() {
 fn false_alarms_of_logs_stay_near_alpha_for_every_combination() {
     for combination in Combination::ALL {
         let detector = fit(config(combination), 12, 40);
-        let alarm =
-            |seed: u64| usize::from(detector.judge(&log(1000 + seed, 40, 0.0)).unwrap().ood);
+        let alarm = |seed: u64| {
+            usize::from(
+                detector
+                    .judge(&log(1000 + seed, 40, 0.0))
+                    .unwrap()
+                    .verdict
+                    .is_ood(),
+            )
+        };
         let alarms: usize = (0..100).map(alarm).sum();
         assert!(alarms <= 12, "{combination}: {alarms} of 100");
     }
@@ -368,11 +396,11 @@ fn every_density_and_combination_makes_a_detector() {
             let joint = matches!(detector.densities(), Densities::Joint(_));
             assert_eq!(joint, combination == Combination::Joint);
             assert!(
-                detector.judge(&log(101, 30, 8.0)).unwrap().ood,
+                detector.judge(&log(101, 30, 8.0)).unwrap().verdict.is_ood(),
                 "{density} {combination}"
             );
             assert!(
-                !detector.judge(&log(100, 30, 0.0)).unwrap().ood,
+                !detector.judge(&log(100, 30, 0.0)).unwrap().verdict.is_ood(),
                 "{density} {combination}"
             );
         }

@@ -24,6 +24,7 @@ use crate::error::Error;
 use crate::folds::Unit;
 use crate::score::Score;
 use crate::statistics::quantile_sorted;
+use crate::verdict::Verdict;
 use serde::{Deserialize, Serialize};
 
 /// What decided.
@@ -49,8 +50,8 @@ impl Rule {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LogVerdict {
-    /// Whether the log is out of distribution.
-    pub ood: bool,
+    /// What is said of the log.
+    pub verdict: Verdict,
     /// The alpha asked for.
     pub alpha: f64,
     /// What decided.
@@ -161,7 +162,8 @@ pub(super) fn judge(
     };
     let notes = notes(detector, alpha, rule, windows, thin_windows, fewest);
     Ok(LogVerdict {
-        ood,
+        // Blocks of one log are judged as if they were logs.
+        verdict: Verdict::of(ood, calibration.units.len()),
         alpha,
         rule,
         windows,

@@ -63,7 +63,7 @@ pub fn run(
                 alarms.logs += 1;
                 windows += verdict.windows;
                 beyond += verdict.beyond;
-                if verdict.ood {
+                if verdict.verdict.is_ood() {
                     alarms.ood.push(set.raw[log].name.clone());
                 }
                 match alarms

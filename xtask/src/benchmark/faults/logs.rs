@@ -193,7 +193,7 @@ impl Judge<'_> {
         let (mut ood, mut detected, mut delays) = (0, 0, Vec::new());
         for (piece, rows) in of_piece.iter().enumerate() {
             let verdict = self.detector.judge(rows)?;
-            ood += usize::from(verdict.ood);
+            ood += usize::from(verdict.verdict.is_ood());
             let scores = &verdict.window_scores;
             detected += usize::from(highest(scores) > self.highest.threshold(FALSE_ALARMS));
             if let Some(injection) = injections.get(piece) {
