@@ -50,6 +50,7 @@ impl WindowData {
                 tangent: &self.tangents,
             }),
             increments: Some(&self.increments),
+            linear: None,
         }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! A window's score says that something is wrong among its poses; a user wants to know where. Every pose
 //! gets numbers from the same forward passes and the same increments as the statistics: per axis the log
-//! denoising error in each noise band, smoothed over five poses, and the log size of the first and second
-//! difference of the increment that leads to it. Each number is measured from its trusted mean, in units of
+//! denoising error in each noise band, smoothed over five poses, the log size of the first and second difference of
+//! the increment that leads to it, and that of what a linear prediction from the other axes leaves of it. Each number is measured from its trusted mean, in units of
 //! what one trusted pose in a thousand reaches, because some of them have far heavier tails than others; the
 //! pose's score is the largest of them.
 
@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 const KERNEL: [f64; 5] = [1.0, 2.0, 3.0, 2.0, 1.0];
 /// A squared denoising error below this counts as this.
 const SQUARE_FLOOR: f64 = 1e-9;
-/// A difference (metres or radians per pose and pose) below this counts as this.
+/// A difference or a residual (metres or radians per pose) below this counts as this.
 const DIFFERENCE_FLOOR: f64 = 1e-5;
 /// Share of the trusted poses below the pose threshold.
 const TRUSTED_SHARE: f64 = 0.999;
@@ -35,8 +35,8 @@ pub struct PoseReference {
     threshold: Score,
 }
 
-/// The numbers of every pose of a window but the first, which no increment leads to: differences alone
-/// where the sample has no trace, with the denoising errors behind them where it has.
+/// The numbers of every pose of a window but the first, which no increment leads to: differences; behind them, where
+/// the sample has a linear predictor, what its two models leave over; where it has traces, the denoising errors.
 ///
 /// # Errors
 /// [`Error::MissingInput`] without increments; [`Error::Shape`] where trace and increments disagree.
@@ -45,6 +45,12 @@ pub fn pose_numbers(sample: &Sample<'_>) -> Result<Vec<Vec<f64>>, Error> {
     let steps = increments.len() / CHANNELS;
     expect_len("body-frame increments", steps * CHANNELS, increments.len())?;
     let mut rows = differences(increments);
+    if let Some(predictor) = sample.linear {
+        let log = |x: &f64| x.abs().max(DIFFERENCE_FLOOR).ln();
+        for (row, left) in rows.iter_mut().zip(predictor.residuals(increments)?) {
+            row.extend(left.iter().flatten().map(log));
+        }
+    }
     let mut errors: Vec<Vec<f64>> = Vec::new();
     for trace in sample.traces {
         let of_draw = smoothed_errors(trace, steps)?;
@@ -189,10 +195,9 @@ impl PoseReference {
         expect_len("reaches of a pose reference", columns, self.reach.len())?;
         expect_finite("means of a pose reference", &self.mean)?;
         expect_finite("reaches of a pose reference", &self.reach)?;
-        let alone = 2 * CHANNELS;
-        if (columns != alone && columns != alone + BANDS * CHANNELS)
-            || self.reach.iter().any(|&r| r <= 0.0)
-        {
+        // Differences of two orders, residuals of two models, denoising errors: see `pose_numbers`.
+        let known = [2, 4, 2 + BANDS, 4 + BANDS].map(|numbers| numbers * CHANNELS);
+        if !known.contains(&columns) || self.reach.iter().any(|&r| r <= 0.0) {
             return Err(Error::Inconsistent {
                 part: "pose reference",
                 reason: format!("{columns} numbers a pose, or a reach that is not positive"),
@@ -205,6 +210,7 @@ impl PoseReference {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::statistics::LinearPredictor;
 
     /// Forward steps of 1 m with a ripple; from step `bad` on they are `jump` longer for one step.
     fn increments(jump: f64) -> Vec<f64> {
@@ -234,6 +240,26 @@ mod tests {
             .collect();
         assert!(beyond.contains(&20), "{beyond:?}");
         assert!(beyond.iter().all(|i| (18..=22).contains(i)), "{beyond:?}");
+    }
+
+    #[test]
+    fn a_linear_predictor_adds_what_it_leaves_over() {
+        let sound = increments(0.0);
+        let predictor = LinearPredictor::fit(&[&sound]).unwrap();
+        let sample = |increments| Sample {
+            increments: Some(increments),
+            linear: Some(&predictor),
+            ..Sample::default()
+        };
+        let rows = pose_numbers(&sample(&sound)).unwrap();
+        assert_eq!((rows.len(), rows[0].len()), (40, 4 * CHANNELS));
+        PoseReference::fit(&rows).unwrap().validate().unwrap();
+        let jumped = pose_numbers(&sample(&increments(0.5))).unwrap();
+        // Forward, by the model that knows the neighbours.
+        let column = 3 * CHANNELS;
+        let worst = (0..40).max_by(|&a, &b| jumped[a][column].total_cmp(&jumped[b][column]));
+        assert_eq!(worst, Some(20));
+        assert!(jumped[20][column] > rows[20][column] + 1.0);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Sets of statistics: names, groups, unions, hand-computed values.
 
-use dose3_ood::statistics::{AXES, BANDS, CHANNELS};
+use dose3_ood::statistics::{AXES, BANDS, CHANNELS, LinearPredictor};
 use dose3_ood::{Error, PoseWindow, Sample, Statistic, StatisticsSet, Trace, TraceSummary};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -37,6 +37,7 @@ fn every_statistic_has_as_many_names_as_values_and_they_differ() {
     .unwrap();
     let (translation, tangent) = (noise(3, LENGTH * 3), noise(4, LENGTH * 3));
     let increments: Vec<f64> = noise(5, LENGTH * 6).iter().map(|&v| f64::from(v)).collect();
+    let predictor = LinearPredictor::fit(&[&increments]).unwrap();
     let sample = Sample {
         traces: &[summary],
         window: Some(PoseWindow {
@@ -44,8 +45,9 @@ fn every_statistic_has_as_many_names_as_values_and_they_differ() {
             tangent: &tangent,
         }),
         increments: Some(&increments),
+        linear: Some(&predictor),
     };
-    let sizes = [24, 12, 6, 6, 1, 36, 72, 36, 36, 24, 36, 36];
+    let sizes = [24, 12, 6, 6, 1, 36, 72, 36, 36, 24, 36, 36, 36];
     for (statistic, size) in Statistic::ALL.into_iter().zip(sizes) {
         let set = StatisticsSet::from(statistic);
         let values = set.evaluate(&sample).unwrap();

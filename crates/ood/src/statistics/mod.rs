@@ -18,6 +18,7 @@
 //! | `moments24` | 24 | raw moments of the represented poses (a baseline without a network) | poses |
 //! | `kinematic` | 36 | body velocity, angular rate and their differences (a baseline without a network) | increments |
 //! | `differences` | 36 | quantiles of the first and second differences of velocity and rate (no network) | increments |
+//! | `lin` | 36 | quantiles of what a linear prediction of each axis from the others leaves over (no network) | increments, [`LinearPredictor`] |
 //!
 //! Members joined by `+` share one density. A set may also hold blocks, separated by commas:
 //! `kinematic,differences,residual+eps-mean`. Each block has a density of its own, and a
@@ -26,6 +27,7 @@
 mod bands;
 mod differences;
 mod kinematic;
+mod linear;
 mod moments;
 mod paper;
 mod path;
@@ -33,8 +35,10 @@ mod quantile;
 mod set;
 mod statistic;
 mod trace;
+mod twist;
 
 pub use bands::BANDS;
+pub use linear::{Deviation, LinearPredictor, LinearReference, Regressors};
 pub use moments::PoseWindow;
 pub use quantile::quantile_sorted;
 pub use set::{Group, Sample, StatisticsSet};

@@ -1,7 +1,7 @@
 //! Sets of statistics: unions of named members.
 
 use super::statistic::{Source, Statistic};
-use super::{PoseWindow, Trace, TraceSummary};
+use super::{LinearPredictor, PoseWindow, Trace, TraceSummary};
 use crate::error::{Error, expect_finite};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -37,6 +37,9 @@ pub struct Sample<'a> {
     /// `[n, 6]` body-frame increments between consecutive poses (log of `T_i^-1 T_{i+1}`:
     /// translation x, y, z in metres, rotation tangent x, y, z in radians), for `kinematic`.
     pub increments: Option<&'a [f64]>,
+    /// What `lin` predicts each axis with: that of the detector, or for trusted logs the one that has not seen
+    /// their group ([`LinearReference::without`](super::LinearReference::without)).
+    pub linear: Option<&'a LinearPredictor>,
 }
 
 impl StatisticsSet {
@@ -184,6 +187,12 @@ impl StatisticsSet {
     #[must_use]
     pub fn needs_increments(&self) -> bool {
         self.needs(Source::Increments)
+    }
+
+    /// Whether [`Sample::linear`] is needed: a state fitted to trusted logs, beside their densities.
+    #[must_use]
+    pub fn needs_linear(&self) -> bool {
+        self.members.contains(&Statistic::Lin)
     }
 
     fn needs(&self, source: Source) -> bool {

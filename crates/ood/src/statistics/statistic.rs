@@ -1,6 +1,8 @@
 //! The named members of a set.
 
-use super::{Column, Sample, TraceSummary, bands, differences, kinematic, moments, paper, path};
+use super::{
+    Column, Sample, TraceSummary, bands, differences, kinematic, linear, moments, paper, path,
+};
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -35,6 +37,8 @@ pub enum Statistic {
     Kinematic,
     /// Robust quantiles of the differences of velocity and angular rate.
     Differences,
+    /// Quantiles of what a linear prediction of each axis from the others leaves over.
+    Lin,
 }
 
 /// What a statistic is computed from.
@@ -47,7 +51,7 @@ pub(super) enum Source {
 
 impl Statistic {
     /// All statistics, in the order of the documentation.
-    pub const ALL: [Statistic; 12] = [
+    pub const ALL: [Statistic; 13] = [
         Statistic::Paper24,
         Statistic::Paper12,
         Statistic::R3,
@@ -60,6 +64,7 @@ impl Statistic {
         Statistic::Moments24,
         Statistic::Kinematic,
         Statistic::Differences,
+        Statistic::Lin,
     ];
 
     /// The name used in files, on the command line and in tables.
@@ -78,13 +83,14 @@ impl Statistic {
             Statistic::Moments24 => "moments24",
             Statistic::Kinematic => "kinematic",
             Statistic::Differences => "differences",
+            Statistic::Lin => "lin",
         }
     }
 
     pub(super) fn source(self) -> Source {
         match self {
             Statistic::Moments24 => Source::Poses,
-            Statistic::Kinematic | Statistic::Differences => Source::Increments,
+            Statistic::Kinematic | Statistic::Differences | Statistic::Lin => Source::Increments,
             _ => Source::Trace,
         }
     }
@@ -105,6 +111,7 @@ impl Statistic {
             Statistic::Moments24 => moments::columns(),
             Statistic::Kinematic => kinematic::columns(),
             Statistic::Differences => differences::columns(),
+            Statistic::Lin => linear::columns(),
         }
     }
 
@@ -126,6 +133,13 @@ impl Statistic {
                 })?;
                 match self {
                     Statistic::Differences => differences::values(increments, out),
+                    Statistic::Lin => {
+                        let predictor = sample.linear.ok_or(Error::MissingInput {
+                            statistic: self,
+                            input: "a linear predictor fitted to trusted logs",
+                        })?;
+                        linear::values(predictor, increments, out)
+                    }
                     _ => kinematic::values(increments, out),
                 }
             }
@@ -170,7 +184,10 @@ impl Statistic {
             Statistic::EpsMean => bands::eps_mean(trace, out)?,
             Statistic::Change => bands::change(trace, out)?,
             // `values` sends these to their own sources.
-            Statistic::Moments24 | Statistic::Kinematic | Statistic::Differences => {}
+            Statistic::Moments24
+            | Statistic::Kinematic
+            | Statistic::Differences
+            | Statistic::Lin => {}
         }
         Ok(())
     }
