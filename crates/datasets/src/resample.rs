@@ -1,9 +1,11 @@
 //! Bringing a log down to a lower rate.
 
+use std::sync::Arc;
+
 use dose3_lie::{Pose, se3};
 
 use crate::stretch::stretches;
-use crate::{Error, Rate, Trajectory};
+use crate::{Error, Rate, Source, Trajectory};
 
 /// A log may be this much slower than asked for: nominal and measured rates differ by a percent or two.
 const RATE_TOLERANCE: f64 = 0.05;
@@ -12,7 +14,8 @@ const RATE_TOLERANCE: f64 = 0.05;
 /// translation straight).
 ///
 /// Each gap-free stretch is sampled from its own first stamp on and starts a new stretch of the result, so
-/// nothing is invented across a gap. A log that is slower than `hertz` by up to five percent is resampled all the
+/// nothing is invented across a gap. Each pose keeps the row of the recorded pose nearest to it, and the log the
+/// stamps it was recorded with ([`Trajectory::source`]). A log that is slower than `hertz` by up to five percent is resampled all the
 /// same: RobotCar's 20 Hz are 19.9 to 20.1.
 ///
 /// # Errors
@@ -59,6 +62,7 @@ pub(crate) fn resample_at(
     let mut result = Trajectory {
         stamps: Vec::new(),
         poses: Vec::new(),
+        rows: Vec::new(),
         breaks: Vec::new(),
         rate: Rate {
             hertz,
@@ -68,7 +72,8 @@ pub(crate) fn resample_at(
     };
     for stretch in stretches(trajectory, trajectory.max_gap) {
         let stamps = &trajectory.stamps[stretch.clone()];
-        let poses = &trajectory.poses[stretch];
+        let poses = &trajectory.poses[stretch.clone()];
+        let rows = &trajectory.rows[stretch];
         let span = (stamps[stamps.len() - 1] - stamps[0]) as f64;
         // Half a nanosecond of grace, so that rounding of the stamps does not cost the last pose.
         let steps = (span + 0.5) / period - phase;
@@ -99,14 +104,34 @@ pub(crate) fn resample_at(
             if result.stamps.last().is_some_and(|last| *last >= stamp) {
                 continue;
             }
+            let before = after.saturating_sub(1);
+            let nearest = if stamp - stamps[before] <= stamps[after] - stamp {
+                before
+            } else {
+                after
+            };
             result.stamps.push(stamp);
+            result.rows.push(rows[nearest]);
             result.poses.push(between(stamps, poses, after, stamp));
         }
+    }
+    if result.stamps != trajectory.stamps {
+        result.source = Some(recorded(trajectory));
     }
     if (trajectory.rate.hertz - hertz).abs() > 1e-9 * hertz {
         result.report.resampled_from = Some(trajectory.rate.hertz);
     }
     Ok(result)
+}
+
+/// Stamps and rows of the log before any resampling.
+fn recorded(trajectory: &Trajectory) -> Arc<Source> {
+    trajectory.source.clone().unwrap_or_else(|| {
+        Arc::new(Source {
+            stamps: trajectory.stamps.clone(),
+            rows: trajectory.rows.clone(),
+        })
+    })
 }
 
 /// The pose at `stamp`, where `after` is the first index not before it.

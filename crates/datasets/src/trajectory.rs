@@ -1,12 +1,13 @@
 //! One log in memory.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use dose3_lie::Pose;
 use sha2::{Digest, Sha256};
 
 use crate::stretch;
-use crate::{Format, Frame, LoadReport, Rate, RateSource};
+use crate::{Format, Frame, LoadReport, Rate, RateSource, RowKind, Source, StampUnit};
 
 /// One log: poses of a body in a fixed world, in order of time.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +28,15 @@ pub struct Trajectory {
     pub stamps: Vec<i64>,
     /// `T_world_body`, metres, one per stamp, all finite.
     pub poses: Vec<Pose>,
+    /// Where in the user's file each pose stands, one per pose, counted as [`Self::row_kind`] says. For a
+    /// resampled log the row of the recorded pose nearest in time.
+    pub rows: Vec<u64>,
+    /// What [`Self::rows`] count.
+    pub row_kind: RowKind,
+    /// The unit of the stamps in the file; `None` where the file has none.
+    pub stamp_unit: Option<StampUnit>,
+    /// Stamps and rows as they were recorded, where the log was resampled since; `None` where its own are those.
+    pub source: Option<Arc<Source>>,
     /// Indices of poses that do not continue the pose before, whatever their stamps say. Increasing.
     pub breaks: Vec<usize>,
     /// A step longer than this many seconds ends a stretch; `None` is the rule of [`crate::stretches`].
@@ -60,12 +70,47 @@ impl Trajectory {
                 hertz,
                 source: RateSource::Stamps,
             },
+            rows: (0..poses.len() as u64).collect(),
+            row_kind: RowKind::Record,
+            stamp_unit: Some(StampUnit::Nanoseconds),
+            source: None,
             stamps,
             poses,
             breaks: Vec::new(),
             max_gap: None,
             report: LoadReport::default(),
         }
+    }
+
+    /// The stamps as recorded, nanoseconds: those before a resampling, else [`Self::stamps`].
+    pub fn source_stamps(&self) -> &[i64] {
+        self.source
+            .as_ref()
+            .map_or(&self.stamps, |source| &source.stamps)
+    }
+
+    /// The rows of [`Self::source_stamps`].
+    pub fn source_rows(&self) -> &[u64] {
+        self.source
+            .as_ref()
+            .map_or(&self.rows, |source| &source.rows)
+    }
+
+    /// Where pose `index` stands in the user's file: `line 1001`, `pose 17`; `None` beyond the log.
+    pub fn place(&self, index: usize) -> Option<String> {
+        let row = self.rows.get(index)?;
+        Some(format!("{} {row}", self.row_kind))
+    }
+
+    /// The stamp of pose `index` (for a resampled log, of the recorded pose nearest to it) in the unit that the
+    /// file has, every digit kept; `None` beyond the log or where the file has no stamps.
+    pub fn stamp_in_file(&self, index: usize) -> Option<String> {
+        let unit = self.stamp_unit?;
+        let stamp = *self.stamps.get(index)?;
+        let nearest = self.source.as_ref().map_or(Some(stamp), |source| {
+            source.stamps.get(source.nearest(stamp)?).copied()
+        })?;
+        Some(unit.write(nearest))
     }
 
     /// Number of poses.

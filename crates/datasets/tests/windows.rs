@@ -6,8 +6,8 @@ use std::collections::HashSet;
 
 use dose3_datasets::synthetic::{Platform, suite};
 use dose3_datasets::{
-    Error, Format, Frame, LoadOptions, Trajectory, Window, folds, group_logs, leave_one_out, load,
-    resample, split_by_log, stretches, windows,
+    Error, Format, Frame, LoadOptions, RowKind, StampUnit, Trajectory, Window, folds, group_logs,
+    leave_one_out, load, resample, split_by_log, stretches, windows,
 };
 use dose3_lie::{Pose, so3};
 use proptest::prelude::*;
@@ -283,4 +283,28 @@ fn a_window_of_other_logs_has_no_poses() {
     ] {
         assert!(window.poses(&logs).is_none());
     }
+}
+
+#[test]
+fn a_resampled_log_still_names_the_rows_and_stamps_of_its_file() {
+    let mut log = log_with_steps(&[50; 40]);
+    log.rows = (0..41).map(|row| 3 + 2 * row).collect();
+    log.row_kind = RowKind::Line;
+    log.stamp_unit = Some(StampUnit::Seconds);
+    let slow = resample(&log, 10.0).unwrap();
+    assert_eq!(slow.rows[..3], [3, 7, 11]);
+    assert_eq!(slow.source_stamps(), log.stamps);
+    assert_eq!(slow.source_rows(), log.rows);
+    assert_eq!(slow.place(2).as_deref(), Some("line 11"));
+    assert_eq!(slow.stamp_in_file(2), log.stamp_in_file(4));
+    assert_eq!(slow.place(21), None);
+    // A second resampling does not forget the first log; between two recorded poses the nearer one counts.
+    let slower = resample(&slow, 7.0).unwrap();
+    assert_eq!(slower.source_stamps(), log.stamps);
+    assert_eq!(slower.rows[..3], [3, 7, 15]);
+    // A log at its own rate has the fingerprint it had.
+    assert_eq!(
+        resample(&log, 20.0).unwrap().fingerprint(),
+        log.fingerprint()
+    );
 }

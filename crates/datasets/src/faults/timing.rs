@@ -100,11 +100,13 @@ pub(super) fn rate(log: &mut Trajectory, range: &Range<usize>, factor: f64) -> R
 /// Puts poses `sources` with new stamps in the place of the poses of a range without breaks inside.
 fn replace(log: &mut Trajectory, range: Range<usize>, sources: &[usize], stamps: Vec<i64>) {
     let poses: Vec<_> = sources.iter().map(|index| log.poses[*index]).collect();
+    let rows: Vec<_> = sources.iter().map(|index| log.rows[*index]).collect();
     for index in &mut log.breaks {
         if *index >= range.end {
             *index = *index - range.len() + sources.len();
         }
     }
     log.poses.splice(range.clone(), poses);
+    log.rows.splice(range.clone(), rows);
     log.stamps.splice(range, stamps);
 }

@@ -7,7 +7,8 @@ use nalgebra::{Quaternion, UnitQuaternion};
 
 use crate::error::Place;
 use crate::{
-    Error, Format, LoadOptions, LoadReport, Rate, RateSource, Trajectory, naming, stretch,
+    Error, Format, LoadOptions, LoadReport, Rate, RateSource, RowKind, StampUnit, Trajectory,
+    naming, stretch,
 };
 
 /// Deviation of a matrix from orthogonality that rounding to seven digits explains.
@@ -23,7 +24,9 @@ pub(crate) struct Collector<'a> {
     pub report: LoadReport,
     stamps: Vec<i64>,
     poses: Vec<Pose>,
+    rows: Vec<u64>,
     breaks: Vec<usize>,
+    stamp_unit: Option<StampUnit>,
 }
 
 impl<'a> Collector<'a> {
@@ -34,8 +37,15 @@ impl<'a> Collector<'a> {
             report: LoadReport::default(),
             stamps: Vec::new(),
             poses: Vec::new(),
+            rows: Vec::new(),
             breaks: Vec::new(),
+            stamp_unit: None,
         }
+    }
+
+    /// The file has stamps, in this unit.
+    pub fn stamps_in(&mut self, unit: StampUnit) {
+        self.stamp_unit = Some(unit);
     }
 
     /// The last pose taken and its stamp.
@@ -61,6 +71,21 @@ impl<'a> Collector<'a> {
     /// in real logs and neither needs a guess. A stamp that runs backward means a reset clock or shuffled
     /// lines; sorting would hide exactly the fault a log is tested for, so it is an error.
     pub fn push(&mut self, place: Place, stamp: i64, pose: Pose) -> Result<(), Error> {
+        let row = match place {
+            Place::Line(row) | Place::Array(row) => row as u64,
+            Place::File => self.poses.len() as u64,
+        };
+        self.push_row(place, row, stamp, pose)
+    }
+
+    /// As [`Self::push`], where the pose stands in row `row` and its stamp at `place`, perhaps of another file.
+    pub fn push_row(
+        &mut self,
+        place: Place,
+        row: u64,
+        stamp: i64,
+        pose: Pose,
+    ) -> Result<(), Error> {
         if let Some((last_stamp, last_pose)) = self.last() {
             if stamp < last_stamp {
                 return Err(Error::input(
@@ -85,6 +110,7 @@ impl<'a> Collector<'a> {
         }
         self.stamps.push(stamp);
         self.poses.push(pose);
+        self.rows.push(row);
         Ok(())
     }
 
@@ -185,6 +211,14 @@ impl<'a> Collector<'a> {
             format,
             frame: format.frame(),
             rate,
+            row_kind: match format {
+                Format::Iros20 => RowKind::Record,
+                Format::Iros20Poses => RowKind::File,
+                _ => RowKind::Line,
+            },
+            rows: self.rows,
+            stamp_unit: self.stamp_unit,
+            source: None,
             stamps: self.stamps,
             poses: self.poses,
             breaks: self.breaks,

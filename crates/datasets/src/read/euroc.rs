@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::collect::{Collector, pose};
 use super::records::Records;
-use super::table::{Row, StampUnit, shorten};
+use super::table::{Row, shorten};
 use super::text::Text;
-use crate::{Error, Format, LoadOptions, Trajectory};
+use crate::{Error, Format, LoadOptions, StampUnit, Trajectory};
 
 /// Column names as the header has them, in the order used here; the files also carry velocities and biases.
 const NAMES: [&str; 8] = [
@@ -55,6 +55,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
         let rotation = collector.quaternion(row.place(), w, x, y, z)?;
         collector.push(row.place(), stamp, pose(rotation, translation))?;
     }
+    collector.stamps_in(StampUnit::Nanoseconds);
     collector.finish(Format::Euroc)
 }
 

@@ -105,7 +105,9 @@ fn push(
     entry: impl Fn(usize, usize) -> f64,
 ) -> Result<(), Error> {
     let pose = pose_from_matrix(collector, path, place, entry)?;
-    collector.push(place, nominal_stamp(collector.len(), NOMINAL_HERTZ), pose)
+    let index = collector.len();
+    let stamp = nominal_stamp(index, NOMINAL_HERTZ);
+    collector.push_row(place, index as u64, stamp, pose)
 }
 
 /// Checks a 4x4 matrix and takes it apart.
@@ -179,8 +181,9 @@ pub(crate) fn read_folder(path: &Path, options: &LoadOptions) -> Result<Trajecto
         let pose = pose_from_matrix(&mut collector, file, Place::File, |row, column| {
             values[4 * row + column]
         })?;
-        collector.push(
+        collector.push_row(
             Place::File,
+            *number,
             nominal_stamp((number - first) as usize, NOMINAL_HERTZ),
             pose,
         )?;

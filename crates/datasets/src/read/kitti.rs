@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use dose3_lie::Matrix;
 
 use super::collect::{Collector, nominal_stamp, pose};
-use super::table::{Row, StampUnit};
+use super::table::Row;
 use super::text::Text;
 use crate::error::Place;
-use crate::{Error, Format, LoadOptions, LoadReport, Trajectory};
+use crate::{Error, Format, LoadOptions, LoadReport, StampUnit, Trajectory};
 
 const COLUMNS: usize = 12;
 const NOMINAL_HERTZ: f64 = 10.0;
@@ -38,11 +38,11 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
         let [a, b, c, x, d, e, f, y, g, h, i, z] = value;
         let rotation =
             collector.rotation(path, row.place(), &Matrix::new(a, b, c, d, e, f, g, h, i))?;
-        rows.push((row.place(), pose(rotation, [x, y, z])));
+        rows.push((line.number, pose(rotation, [x, y, z])));
     }
     let Some(times) = times_path(path, options) else {
-        for (index, (place, pose)) in rows.into_iter().enumerate() {
-            collector.push(place, nominal_stamp(index, NOMINAL_HERTZ), pose)?;
+        for (index, (line, pose)) in rows.into_iter().enumerate() {
+            collector.push(Place::Line(line), nominal_stamp(index, NOMINAL_HERTZ), pose)?;
         }
         return collector.finish_nominal(Format::Kitti, NOMINAL_HERTZ);
     };
@@ -59,7 +59,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
              without a times file the nominal 10 Hz is taken",
         ));
     }
-    for ((_, pose), (line, stamp)) in rows.into_iter().zip(stamps) {
+    for ((row, pose), (line, stamp)) in rows.into_iter().zip(stamps) {
         // The stamps are the part that can be out of order: errors name the times file.
         if let Some((last, _)) = collector.last()
             && stamp < last
@@ -72,8 +72,9 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
                 "sort the poses by their stamps, or cut the log where the clock was reset",
             ));
         }
-        collector.push(Place::Line(line), stamp, pose)?;
+        collector.push_row(Place::Line(line), row as u64, stamp, pose)?;
     }
+    collector.stamps_in(StampUnit::Seconds);
     collector.finish(Format::Kitti)
 }
 

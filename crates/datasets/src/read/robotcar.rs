@@ -10,10 +10,10 @@ use dose3_lie::Pose;
 
 use super::collect::{Collector, euler_rotation, pose};
 use super::records::Records;
-use super::table::{Row, StampUnit, shorten};
+use super::table::{Row, shorten};
 use super::text::Text;
 use crate::error::Place;
-use crate::{Error, Format, LoadOptions, Trajectory};
+use crate::{Error, Format, LoadOptions, StampUnit, Trajectory};
 
 /// Two turns: larger angles are degrees, not radians.
 const LARGEST_ANGLE: f64 = 4.0 * std::f64::consts::PI;
@@ -48,6 +48,7 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
             collector.push(row.place(), stamp, value)?;
         }
     }
+    collector.stamps_in(StampUnit::Microseconds);
     collector.finish(Format::RobotCar)
 }
 

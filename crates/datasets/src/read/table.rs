@@ -4,19 +4,11 @@ use std::path::Path;
 
 use super::numbers::{StampFault, decimal};
 use super::text::Line;
-use crate::Error;
 use crate::error::Place;
+use crate::{Error, StampUnit};
 
 /// Coordinates beyond this many metres are no pose log (UTM and Earth-centred ones stay below 1e7).
 const LARGEST_COORDINATE: f64 = 1e9;
-
-/// What one unit of a stamp is, as a power of ten of nanoseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum StampUnit {
-    Seconds,
-    Microseconds,
-    Nanoseconds,
-}
 
 /// The fields of one line.
 pub(crate) struct Row<'a> {
@@ -117,10 +109,11 @@ impl<'a> Row<'a> {
     /// The stamp in a column in nanoseconds.
     pub fn stamp(&self, column: usize, unit: StampUnit) -> Result<i64, Error> {
         let field = self.field(column, "the stamp")?;
-        let (shift, words) = match unit {
-            StampUnit::Seconds => (9, "a stamp in seconds"),
-            StampUnit::Microseconds => (3, "a stamp in whole microseconds"),
-            StampUnit::Nanoseconds => (0, "a stamp in whole nanoseconds"),
+        let words = match unit {
+            StampUnit::Seconds => "a stamp in seconds",
+            StampUnit::Milliseconds => "a stamp in whole milliseconds",
+            StampUnit::Microseconds => "a stamp in whole microseconds",
+            StampUnit::Nanoseconds => "a stamp in whole nanoseconds",
         };
         let fault = |hint: &str| {
             Err(Error::input(
@@ -138,7 +131,7 @@ impl<'a> Row<'a> {
         {
             return fault("stamps with a decimal point are seconds; a TUM file has those");
         }
-        match decimal(field, shift) {
+        match decimal(field, unit.shift()) {
             Ok(stamp) => Ok(stamp),
             Err(StampFault::NotANumber) => {
                 fault("is this the right file and format? --format chooses another one")

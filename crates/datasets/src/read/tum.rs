@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::collect::{Collector, pose};
-use super::table::{Row, StampUnit};
+use super::table::Row;
 use super::text::Text;
-use crate::{Error, Format, LoadOptions, Trajectory};
+use crate::{Error, Format, LoadOptions, StampUnit, Trajectory};
 
 const COLUMNS: usize = 8;
 
@@ -38,5 +38,6 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
         let rotation = collector.quaternion(row.place(), w, x, y, z)?;
         collector.push(row.place(), stamp, pose(rotation, translation))?;
     }
+    collector.stamps_in(StampUnit::Seconds);
     collector.finish(Format::Tum)
 }

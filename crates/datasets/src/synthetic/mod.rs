@@ -120,6 +120,10 @@ pub fn trajectory(platform: Platform, seed: u64, poses: usize, hertz: f64) -> Tr
         stamps: (0..poses.len())
             .map(|index| (index as f64 * 1e9 / hertz).round() as i64)
             .collect(),
+        rows: (0..poses.len() as u64).collect(),
+        row_kind: crate::RowKind::Record,
+        stamp_unit: Some(crate::StampUnit::Nanoseconds),
+        source: None,
         poses,
         breaks: Vec::new(),
         max_gap: None,

@@ -71,7 +71,9 @@ pub fn cut(log: &Trajectory, range: Range<usize>) -> Trajectory {
         path: log.path.clone(),
         breaks: within.map(|b| b - range.start).collect(),
         stamps: log.stamps[range.clone()].to_vec(),
-        poses: log.poses[range].to_vec(),
+        poses: log.poses[range.clone()].to_vec(),
+        rows: log.rows[range].to_vec(),
+        source: log.source.clone(),
         report: log.report.clone(),
         ..*log
     }
