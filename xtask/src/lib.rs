@@ -4,10 +4,4 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod bench;
-pub mod benchmark;
-pub mod data;
 pub mod fetch;
-pub mod learned;
-pub mod provenance;
-pub mod release;
-pub mod study;

@@ -17,16 +17,16 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Task {
     /// The AUROC table of the paper, on real data where it is at hand, else on synthetic data.
-    Benchmark(xtask::benchmark::BenchmarkArgs),
+    Benchmark(dose3_study::benchmark::BenchmarkArgs),
     /// Speed of the engine beside burn, PyTorch and the machine's own sgemm.
     Bench(xtask::bench::BenchArgs),
     /// Train the weights that ship with the program (about ten minutes on 2 idle cores).
-    TrainReleaseModel(xtask::release::ReleaseArgs),
+    TrainReleaseModel(dose3_study::release::ReleaseArgs),
     /// Train the learned baselines, Glow and JEM, on KITTI (needs the feature `baselines`)
-    TrainBaselines(xtask::learned::TrainArgs),
+    TrainBaselines(dose3_study::learned::TrainArgs),
     /// Scores of the learned baselines for the windows of the benchmark
     #[command(hide = true)]
-    BaselineScores(xtask::learned::ScoresArgs),
+    BaselineScores(dose3_study::learned::ScoresArgs),
     /// Download KITTI poses; say how to get RobotCar and IROS20, and check what is there.
     FetchData(xtask::fetch::FetchArgs),
 }
@@ -34,18 +34,17 @@ enum Task {
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
         Task::Benchmark(args) => {
-            use_threads(args.threads).and_then(|()| xtask::benchmark::run(&args))
+            use_threads(args.threads).and_then(|()| dose3_study::benchmark::run(&args))
         }
         Task::Bench(args) => xtask::bench::run(&args),
         Task::TrainReleaseModel(args) => {
-            use_threads(args.threads).and_then(|()| xtask::release::run(&args))
+            use_threads(args.threads).and_then(|()| dose3_study::release::run(&args))
         }
         Task::TrainBaselines(args) => {
-            use_threads(args.threads).and_then(|()| xtask::learned::train(&args))
+            use_threads(args.threads).and_then(|()| dose3_study::learned::train(&args))
         }
-        Task::BaselineScores(args) => {
-            use_threads(args.request.threads).and_then(|()| xtask::learned::write_scores(&args))
-        }
+        Task::BaselineScores(args) => use_threads(args.request.threads)
+            .and_then(|()| dose3_study::learned::write_scores(&args)),
         Task::FetchData(args) => xtask::fetch::run(args),
     };
     match result {

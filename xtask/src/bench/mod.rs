@@ -8,11 +8,11 @@ mod report;
 mod score;
 mod sgemm;
 
-use crate::provenance::{commit, machine, render_into};
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use dose3::atomic;
 use dose3::backend::Backend;
+use dose3_study::provenance::{commit, machine, render_into};
 use network::Pair;
 use pytorch::{Mode, Pytorch};
 use report::{NetworkRow, Report, ScoreRow};
