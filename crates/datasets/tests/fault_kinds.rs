@@ -1,55 +1,13 @@
 //! Each fault does what it says, measured on a synthetic log.
 
+mod common;
+
 use std::ops::Range;
 
-use dose3_datasets::faults::{Axis, Fault};
-use dose3_datasets::synthetic::{Platform, trajectory};
-use dose3_datasets::{Format, Frame, Trajectory};
+use common::faults::{HERTZ, RANGE, SECONDS, SPEED, drive, faulty, near, offset, step, straight};
+use dose3_datasets::faults::Axis;
+use dose3_datasets::{Frame, Trajectory};
 use dose3_lie::{Pose, Rotation, Vector, so3};
-
-const RANGE: Range<usize> = 100..500;
-const HERTZ: f64 = 10.0;
-/// Seconds from the first to the last pose of the range.
-const SECONDS: f64 = 39.9;
-const SPEED: f64 = 8.0;
-
-/// A car that drives, with all its bends and bumps.
-fn drive() -> Trajectory {
-    trajectory(Platform::Vehicle, 3, 700, HERTZ)
-}
-
-/// A car on a straight road at constant speed, not along an axis of the world.
-fn straight() -> Trajectory {
-    let heading = Rotation::from_euler_angles(0.02, -0.03, 0.7);
-    let poses = (0..700).map(|index| {
-        let ahead = Vector::x() * (SPEED / HERTZ * f64::from(index));
-        Pose::new(heading, heading * ahead + Vector::new(50.0, -20.0, 3.0))
-    });
-    let stamps = (0..700).map(|index| 1_000 + index * 100_000_000).collect();
-    Trajectory::new(
-        "straight",
-        Format::Tum,
-        Frame::BodyFlu,
-        stamps,
-        poses.collect(),
-    )
-}
-
-fn faulty(name: &str, log: &Trajectory, seed: u64) -> Trajectory {
-    name.parse::<Fault>()
-        .unwrap()
-        .apply(log, RANGE, seed)
-        .unwrap()
-}
-
-fn step(log: &Trajectory, pose: usize) -> Pose {
-    log.poses[pose - 1].relative(&log.poses[pose])
-}
-
-/// From the sound pose to the faulty one, world axes.
-fn offset(faulty: &Trajectory, sound: &Trajectory, pose: usize) -> Vector {
-    faulty.poses[pose].translation - sound.poses[pose].translation
-}
 
 fn path(log: &Trajectory, range: Range<usize>) -> f64 {
     log.poses[range]
@@ -64,14 +22,6 @@ fn same(a: &[Pose], b: &[Pose], tolerance: f64) -> bool {
             (a.translation - b.translation).amax() < tolerance
                 && so3::distance(&a.rotation, &b.rotation) < tolerance
         })
-}
-
-#[track_caller]
-fn near(value: f64, expected: f64, tolerance: f64) {
-    assert!(
-        (value - expected).abs() < tolerance,
-        "{value}, expected {expected}"
-    );
 }
 
 #[test]

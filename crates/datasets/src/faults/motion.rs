@@ -90,15 +90,51 @@ pub(super) fn mirror(log: &mut Trajectory, range: &Range<usize>, axis: Axis) {
 
 /// The matrix that turns one axis around, in the frame's own axes.
 fn reflection(frame: Frame, axis: Axis) -> Matrix {
-    let normal = from_forward_left_up(
-        frame,
-        match axis {
-            Axis::Forward => Vector::x(),
-            Axis::Left => Vector::y(),
-            Axis::Up => Vector::z(),
-        },
-    );
+    let normal = axis.direction(frame);
     Matrix::identity() - normal * normal.transpose() * 2.0
+}
+
+/// Gives the affected poses.
+pub(super) fn closure(
+    log: &mut Trajectory,
+    range: &Range<usize>,
+    metres: f64,
+    seconds: f64,
+    rng: &mut ChaCha8Rng,
+) -> Range<usize> {
+    let start = range.start + 1;
+    if metres == 0.0 {
+        return start..start;
+    }
+    let first = log.stamps[range.start];
+    let limit = first.saturating_add((seconds * 1e9).round() as i64);
+    // At least one step and at most all of them.
+    let last = log.stamps[start..range.end - 1].partition_point(|stamp| *stamp < limit) + start;
+    let end = limit.clamp(log.stamps[start], log.stamps[last]);
+    let way = log.poses[range.start].rotation * direction(log.frame, rng) * metres;
+    let stamps = log.stamps.clone();
+    let done = |index: usize| (stamps[index].min(end) - first) as f64 / (end - first) as f64;
+    displace(log, range, |step| {
+        way * (done(step.index) - done(step.index - 1))
+    });
+    start..last + 1
+}
+
+/// The steps within the range become those between `faulty`, one pose for each of the range.
+pub(super) fn take_steps(log: &mut Trajectory, range: &Range<usize>, faulty: &[Pose]) {
+    rewrite(log, range, |step| {
+        let index = step.index - range.start;
+        faulty[index - 1].relative(&faulty[index])
+    });
+}
+
+/// Positions within the range move as `faulty` does, one position for each pose of the range; rotations stay.
+pub(super) fn take_positions(log: &mut Trajectory, range: &Range<usize>, faulty: &[Vector]) {
+    displace(log, range, |step| {
+        let index = step.index - range.start;
+        let sound = step.after.translation - step.before.translation;
+        (faulty[index] - faulty[index - 1]) - sound
+    });
 }
 
 /// A step of the sound log, into pose `index`.

@@ -1,16 +1,74 @@
 //! Names of faults with their severities, like `jump:1.0m`.
 
+use std::f64::consts::PI;
 use std::fmt;
 use std::str::FromStr;
 
 use super::{Axis, Fault};
 use crate::Error;
 
-/// Every name, with a severity as it is written.
-const EXAMPLES: &str = "jump:1.0m, freeze:2.0s, drop:0.1, jitter-position:0.02m, jitter-rotation:0.3deg, \
-    drift-yaw:0.5deg/s, drift-position:0.3m/s, drift-scale:0.01/s, scale:1.2x, reversal, time-warp:0.3, \
-    mounting:5.0deg, roll-pitch-swap, handedness:left, mirrored-positions:up, degrees-for-radians, slip:0.3m/s, \
-    rate:2.0x";
+/// Every kind, with a severity as an example of how it is written.
+const EXAMPLES: [Fault; 39] = [
+    Fault::Jump { metres: 1.0 },
+    Fault::Freeze { seconds: 2.0 },
+    Fault::Drop { share: 0.1 },
+    Fault::JitterPosition { metres: 0.02 },
+    Fault::JitterRotation {
+        radians: 0.3 * DEGREE,
+    },
+    Fault::DriftYaw {
+        radians_per_second: 0.5 * DEGREE,
+    },
+    Fault::DriftPosition {
+        metres_per_second: 0.3,
+    },
+    Fault::DriftScale { per_second: 0.01 },
+    Fault::Scale { factor: 1.2 },
+    Fault::Reversal,
+    Fault::TimeWarp { depth: 0.3 },
+    Fault::Mounting {
+        radians: 5.0 * DEGREE,
+    },
+    Fault::RollPitchSwap,
+    Fault::Handedness { axis: Axis::Left },
+    Fault::MirroredPositions { axis: Axis::Up },
+    Fault::DegreesForRadians,
+    Fault::Slip {
+        metres_per_second: 0.3,
+    },
+    Fault::Rate { factor: 2.0 },
+    Fault::PositionLate { seconds: 0.1 },
+    Fault::AttitudeLate { seconds: 0.1 },
+    Fault::LeverArm {
+        axis: Axis::Forward,
+        metres: 0.5,
+    },
+    Fault::Extrinsic {
+        axis: Axis::Up,
+        radians: DEGREE,
+    },
+    Fault::Smooth { seconds: 0.5 },
+    Fault::SmoothPosition { seconds: 0.5 },
+    Fault::BridgedGap { seconds: 1.0 },
+    Fault::Quantised { metres: 0.01 },
+    Fault::SinglePrecision,
+    Fault::FrozenHeight,
+    Fault::Level,
+    Fault::HeadingFromCourse,
+    Fault::Stale { share: 0.2 },
+    Fault::Interpolated { factor: 2.0 },
+    Fault::Closure {
+        metres: 1.0,
+        seconds: 2.0,
+    },
+    Fault::Stall { seconds: 1.0 },
+    Fault::Burst { seconds: 1.0 },
+    Fault::StampJitter { seconds: 0.1 },
+    Fault::Doubled { share: 0.2 },
+    Fault::Uneven { depth: 0.5 },
+    Fault::Thinned { factor: 2.0 },
+];
+const DEGREE: f64 = PI / 180.0;
 
 impl Fault {
     /// The name without the severity.
@@ -34,35 +92,28 @@ impl Fault {
             Self::DegreesForRadians => "degrees-for-radians",
             Self::Slip { .. } => "slip",
             Self::Rate { .. } => "rate",
+            Self::PositionLate { .. } => "position-late",
+            Self::AttitudeLate { .. } => "attitude-late",
+            Self::LeverArm { .. } => "lever-arm",
+            Self::Extrinsic { .. } => "extrinsic",
+            Self::Smooth { .. } => "smooth",
+            Self::SmoothPosition { .. } => "smooth-position",
+            Self::BridgedGap { .. } => "bridged-gap",
+            Self::Quantised { .. } => "quantised",
+            Self::SinglePrecision => "single-precision",
+            Self::FrozenHeight => "frozen-height",
+            Self::Level => "level",
+            Self::HeadingFromCourse => "heading-from-course",
+            Self::Stale { .. } => "stale",
+            Self::Interpolated { .. } => "interpolated",
+            Self::Closure { .. } => "closure",
+            Self::Stall { .. } => "stall",
+            Self::Burst { .. } => "burst",
+            Self::StampJitter { .. } => "stamp-jitter",
+            Self::Doubled { .. } => "doubled",
+            Self::Uneven { .. } => "uneven",
+            Self::Thinned { .. } => "thinned",
         }
-    }
-
-    /// The severity with its unit, angles in degrees; empty where there is none.
-    pub fn severity(&self) -> String {
-        match *self {
-            Self::Jump { metres } | Self::JitterPosition { metres } => format!("{metres:?}m"),
-            Self::Freeze { seconds } => format!("{seconds:?}s"),
-            Self::Drop { share: value } | Self::TimeWarp { depth: value } => format!("{value:?}"),
-            Self::JitterRotation { radians } | Self::Mounting { radians } => angle(radians),
-            Self::DriftYaw { radians_per_second } => format!("{}/s", angle(radians_per_second)),
-            Self::DriftPosition { metres_per_second } | Self::Slip { metres_per_second } => {
-                format!("{metres_per_second:?}m/s")
-            }
-            Self::DriftScale { per_second } => format!("{per_second:?}/s"),
-            Self::Scale { factor } | Self::Rate { factor } => format!("{factor:?}x"),
-            Self::Handedness { axis } | Self::MirroredPositions { axis } => axis.name().to_owned(),
-            Self::Reversal | Self::RollPitchSwap | Self::DegreesForRadians => String::new(),
-        }
-    }
-}
-
-/// Degrees where they give the angle back to the last bit, else radians.
-fn angle(radians: f64) -> String {
-    let degrees = (radians.to_degrees() * 1e9).round() / 1e9;
-    if degrees.to_radians() == radians {
-        format!("{degrees:?}deg")
-    } else {
-        format!("{radians:?}rad")
     }
 }
 
@@ -81,48 +132,16 @@ impl FromStr for Fault {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self, Error> {
-        let (name, severity) = text.split_once(':').unwrap_or((text, ""));
-        let number = |unit: &str| -> Option<f64> { severity.strip_suffix(unit)?.parse().ok() };
-        let angle = |unit: &str| -> Option<f64> {
-            let angle = severity.strip_suffix(unit)?;
-            match angle.strip_suffix("deg") {
-                Some(degrees) => Some(degrees.parse::<f64>().ok()?.to_radians()),
-                None => angle.strip_suffix("rad")?.parse().ok(),
-            }
+        let (name, severity) = match text.split_once(':') {
+            Some((name, severity)) => (name, Some(severity)),
+            None => (text, None),
         };
-        let alone = |fault: Self| severity.is_empty().then_some(fault);
-        let fault = match name {
-            "jump" => number("m").map(|metres| Self::Jump { metres }),
-            "freeze" => number("s").map(|seconds| Self::Freeze { seconds }),
-            "drop" => number("").map(|share| Self::Drop { share }),
-            "jitter-position" => number("m").map(|metres| Self::JitterPosition { metres }),
-            "jitter-rotation" => angle("").map(|radians| Self::JitterRotation { radians }),
-            "drift-yaw" => {
-                angle("/s").map(|radians_per_second| Self::DriftYaw { radians_per_second })
-            }
-            "drift-position" => {
-                number("m/s").map(|metres_per_second| Self::DriftPosition { metres_per_second })
-            }
-            "drift-scale" => number("/s").map(|per_second| Self::DriftScale { per_second }),
-            "scale" => number("x").map(|factor| Self::Scale { factor }),
-            "reversal" => alone(Self::Reversal),
-            "time-warp" => number("").map(|depth| Self::TimeWarp { depth }),
-            "mounting" => angle("").map(|radians| Self::Mounting { radians }),
-            "roll-pitch-swap" => alone(Self::RollPitchSwap),
-            "handedness" => severity.parse().ok().map(|axis| Self::Handedness { axis }),
-            "mirrored-positions" => {
-                let axis = severity.parse().ok();
-                axis.map(|axis| Self::MirroredPositions { axis })
-            }
-            "degrees-for-radians" => alone(Self::DegreesForRadians),
-            "slip" => number("m/s").map(|metres_per_second| Self::Slip { metres_per_second }),
-            "rate" => number("x").map(|factor| Self::Rate { factor }),
-            _ => None,
-        };
+        let example = EXAMPLES.iter().find(|fault| fault.name() == name);
+        let fault = example.and_then(|fault| fault.with_severity(severity));
         let fault = fault.ok_or_else(|| Error::UnknownName {
             what: "fault",
             found: text.to_owned(),
-            expected: EXAMPLES.to_owned(),
+            expected: EXAMPLES.map(|fault| fault.to_string()).join(", "),
         })?;
         fault.check()?;
         Ok(fault)

@@ -43,3 +43,29 @@ pub(super) fn degrees_for_radians(poses: &mut [Pose]) {
         pose.rotation = so3::scale(PI / 180.0, &pose.rotation);
     }
 }
+
+pub(super) fn quantise(poses: &mut [Pose], metres: f64) {
+    if metres == 0.0 {
+        return;
+    }
+    for pose in poses {
+        pose.translation = pose.translation.map(|x| (x / metres).round() * metres);
+    }
+}
+
+/// A place of Central Europe in coordinates of UTM, forward, left, up for north, west, up.
+const ORIGIN: [f64; 3] = [5_735_000.0, -620_000.0, 0.0];
+
+pub(super) fn single_precision(poses: &mut [Pose], frame: Frame) {
+    let axes = frame.to_forward_left_up();
+    let origin = Vector::from(ORIGIN)
+        - axes
+            * poses
+                .first()
+                .map_or(Vector::zeros(), |pose| pose.translation);
+    for pose in poses {
+        let place = axes * pose.translation + origin;
+        let rounded = place.map(|x| f64::from(x as f32));
+        pose.translation += axes.inverse() * (rounded - place);
+    }
+}

@@ -98,7 +98,12 @@ pub(super) fn rate(log: &mut Trajectory, range: &Range<usize>, factor: f64) -> R
 }
 
 /// Puts poses `sources` with new stamps in the place of the poses of a range without breaks inside.
-fn replace(log: &mut Trajectory, range: Range<usize>, sources: &[usize], stamps: Vec<i64>) {
+pub(super) fn replace(
+    log: &mut Trajectory,
+    range: Range<usize>,
+    sources: &[usize],
+    stamps: Vec<i64>,
+) {
     let poses: Vec<_> = sources.iter().map(|index| log.poses[*index]).collect();
     let rows: Vec<_> = sources.iter().map(|index| log.rows[*index]).collect();
     for index in &mut log.breaks {

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // every test binary uses its own part
 
 pub mod bad;
+pub mod faults;
 
 use dose3_datasets::synthetic::{Platform, trajectory};
 use dose3_datasets::{Trajectory, write};
