@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod cut;
 mod detect;
 mod error;
 pub mod faults;
@@ -27,7 +28,7 @@ pub use naming::group_logs;
 pub use options::LoadOptions;
 pub use report::LoadReport;
 pub use represent::{Kind, Representation, Scaling, WindowTensor};
-pub use resample::resample;
+pub use resample::{at_rate, resample};
 pub use source::{RowKind, Source, StampUnit};
 pub use split::{Split, folds, leave_one_out, split_by_log};
 pub use stretch::stretches;

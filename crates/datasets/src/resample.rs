@@ -36,6 +36,27 @@ pub fn resample(trajectory: &Trajectory, hertz: f64) -> Result<Trajectory, Error
     resample_at(trajectory, hertz, 0.0)
 }
 
+/// The log at `hertz` poses a second: as it is where it already is within five percent of that, else interpolated
+/// down by [`resample`].
+///
+/// # Errors
+/// Those of [`resample`].
+///
+/// ```
+/// use dose3_datasets::{at_rate, synthetic};
+///
+/// let drive = synthetic::trajectory(synthetic::Platform::Vehicle, 1, 101, 20.0);
+/// assert_eq!(at_rate(&drive, 20.5)?, drive);
+/// assert_eq!(at_rate(&drive, 10.0)?.len(), 51);
+/// # Ok::<(), dose3_datasets::Error>(())
+/// ```
+pub fn at_rate(trajectory: &Trajectory, hertz: f64) -> Result<Trajectory, Error> {
+    if (trajectory.rate.hertz / hertz - 1.0).abs() <= RATE_TOLERANCE {
+        return Ok(trajectory.clone());
+    }
+    resample(trajectory, hertz)
+}
+
 /// As [`resample`], with the first sample of each stretch `phase` steps (0 to 1) after its first stamp.
 pub(crate) fn resample_at(
     trajectory: &Trajectory,

@@ -432,6 +432,27 @@ fn names_are_read_back() {
 }
 
 #[test]
+fn stronger_is_further_from_none() {
+    for (fault, expected) in [
+        (Fault::Jump { metres: 0.2 }, "jump:0.28m"),
+        (Fault::Scale { factor: 1.05 }, "scale:1.07x"),
+        (Fault::Rate { factor: 0.5 }, "rate:0.4167x"),
+    ] {
+        assert_eq!(fault.stronger(1.4).label(), expected);
+    }
+    for (_, severity, fault) in every() {
+        assert!(
+            fault
+                .stronger(1.4)
+                .apply(&log(Platform::Vehicle), RANGE, 1)
+                .is_ok()
+        );
+        let number = severity.contains(|c: char| c.is_ascii_digit());
+        assert_eq!(fault.stronger(1.4) != fault, number, "{fault}");
+    }
+}
+
+#[test]
 fn bad_severities_and_ranges_are_errors() {
     for text in [
         "jump:-1m",

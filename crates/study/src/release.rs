@@ -1,7 +1,7 @@
 //! `cargo xtask train-release-model`: the weights that ship with the program.
 
 use crate::data::DataRoot;
-use crate::faults::protocol::{Role, at_rate, role};
+use crate::faults::protocol::{Role, role};
 use crate::networks;
 use crate::sets;
 use anyhow::{Context, Result};
@@ -10,7 +10,7 @@ use dose3::atomic;
 use dose3::backend::Backend;
 use dose3::train::{HoldOut, TrainOptions, train};
 use dose3_cli::plot;
-use dose3_datasets::{Kind, Scaling, Trajectory};
+use dose3_datasets::{Kind, Scaling, Trajectory, at_rate};
 use dose3_diffusion::trainer::{TrainConfig, to_csv};
 use dose3_diffusion::{NoiseSchedule, ProcessConfig};
 use dose3_model::{PairConfig, Precision};
@@ -246,7 +246,7 @@ impl ReleaseArgs {
     fn at_rate(&self, log: &Trajectory) -> Result<Trajectory> {
         match self.recipe {
             Recipe::Paper => Ok(log.clone()),
-            Recipe::Motion => at_rate(log, RATE),
+            Recipe::Motion => Ok(at_rate(log, RATE)?),
         }
     }
 }

@@ -167,6 +167,10 @@ impl Fault {
             }
             Self::Thinned { factor } => stamps::thin(&mut faulty, &range, factor),
         };
+        if faulty.stamps != log.stamps {
+            // What was recorded before a resampling no longer belongs to it.
+            faulty.source = None;
+        }
         Ok(Injection {
             trajectory: faulty,
             affected,

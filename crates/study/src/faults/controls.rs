@@ -2,11 +2,11 @@
 
 use super::methods::METHODS;
 use super::prober::{Prober, SetRows};
-use super::protocol::{LogSet, Part, at_rate};
+use super::protocol::{LogSet, Part};
 use super::windows::Context;
 use anyhow::Result;
 use dose3_datasets::faults::Control;
-use dose3_datasets::windows as cut_windows;
+use dose3_datasets::{at_rate, windows as cut_windows};
 use dose3_ood::Score;
 use dose3_ood::metrics::{auroc, detection_rate};
 use serde::Serialize;

@@ -2,8 +2,8 @@
 
 use super::methods::METHODS;
 use super::prober::{Prober, Rows};
-use super::protocol::{LogSet, label};
-use super::windows::{Context, cut};
+use super::protocol::LogSet;
+use super::windows::Context;
 use anyhow::{Context as _, Result};
 use dose3_datasets::faults::{Fault, Injection, faulty_steps};
 use dose3_datasets::{Trajectory, Window, stretches, windows as cut_windows};
@@ -53,12 +53,12 @@ pub fn pieces(logs: &[Trajectory], tested: &[usize]) -> Vec<Trajectory> {
         for stretch in &all {
             let starts = (stretch.start..stretch.end).step_by(PIECE);
             let whole = starts.filter(|start| start + PIECE <= stretch.end);
-            pieces.extend(whole.map(|start| cut(t, start..start + PIECE)));
+            pieces.extend(whole.map(|start| t.cut(start..start + PIECE)));
         }
         // A short log is one piece.
         let longest = all.into_iter().max_by_key(ExactSizeIterator::len);
         if let Some(stretch) = longest.filter(|s| s.len() >= SHORTEST && pieces.len() == before) {
-            pieces.push(cut(t, stretch));
+            pieces.push(t.cut(stretch));
         }
     }
     pieces
@@ -129,7 +129,7 @@ pub fn run(
         let injections = injections.collect::<Result<Vec<_>, _>>()?;
         let (windows, rows) = sound.with(&injections, methods, context, prober)?;
         for judge in &judges {
-            cells.push(judge.cell(set, Some(label(fault)), &windows, &rows, &injections)?);
+            cells.push(judge.cell(set, Some(fault.label()), &windows, &rows, &injections)?);
         }
     }
     Ok(cells)

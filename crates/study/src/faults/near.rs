@@ -2,11 +2,10 @@
 
 use super::methods::{METHODS, all};
 use super::prober::{Prober, Rows, SetRows, Settings, fit};
-use super::protocol::{LogSet, Part, at_rate};
-use super::windows::cut;
+use super::protocol::{LogSet, Part};
 use crate::data::DataRoot;
 use anyhow::Result;
-use dose3_datasets::{LoadOptions, Trajectory, Window, load, windows as cut_windows};
+use dose3_datasets::{LoadOptions, Trajectory, Window, at_rate, load, windows as cut_windows};
 use dose3_ood::DetectorStatistics;
 use dose3_ood::metrics::auroc;
 use serde::Serialize;
@@ -194,7 +193,7 @@ fn single(
         })
     };
     let end = (FITTED * log.len() as f64) as usize;
-    let (before, rest) = (cut(log, 0..end), cut(log, end..log.len()));
+    let (before, rest) = (log.cut(0..end), log.cut(end..log.len()));
     let (all_windows, fitted, tested) = (probe(log)?, probe(&before)?, probe(&rest)?);
     let overlap = prober.poses.div_ceil(STRIDE);
     let mut detectors = Vec::new();

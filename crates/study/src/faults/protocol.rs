@@ -1,14 +1,12 @@
 //! Which logs do what, and which faults are injected: fixed before anything is measured.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::ValueEnum;
 use dose3_datasets::faults::Fault;
-use dose3_datasets::{Trajectory, resample};
+use dose3_datasets::{Trajectory, at_rate};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Logs faster than the model's rate by more than this share are interpolated down to it.
-const RATE_TOLERANCE: f64 = 0.05;
 /// Severities of the validation part over those of the tested suite.
 const BETWEEN: f64 = 1.4;
 
@@ -84,7 +82,7 @@ impl LogSet {
         let logs = raw
             .iter()
             .map(|log| at_rate(log, hertz))
-            .collect::<Result<Vec<_>>>()?;
+            .collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
             letter,
             name,
@@ -133,93 +131,14 @@ impl LogSet {
     }
 }
 
-/// The log at `hertz`: as it is, or interpolated down.
-///
-/// # Errors
-/// A log slower than that.
-pub fn at_rate(log: &Trajectory, hertz: f64) -> Result<Trajectory> {
-    if (log.rate.hertz / hertz - 1.0).abs() <= RATE_TOLERANCE {
-        return Ok(log.clone());
-    }
-    resample(log, hertz).with_context(|| format!("log {} cannot be resampled", log.name))
-}
-
 /// The faults that are injected: the suite's, or for validation the same with severities 1.4 times
 /// as far from none. `quick` keeps every third.
 pub fn faults(part: Part, quick: bool) -> Vec<Fault> {
     let all = Fault::suite().into_iter().map(|(_, _, fault)| match part {
-        Part::Validation => stronger(fault, BETWEEN),
+        Part::Validation => fault.stronger(BETWEEN),
         Part::Test => fault,
     });
     all.step_by(if quick { 3 } else { 1 }).collect()
-}
-
-/// The fault with its severity `factor` times as far from none; for a factor that multiplies
-/// (scale, rate), its excess over one, or that of its inverse.
-fn stronger(fault: Fault, factor: f64) -> Fault {
-    let excess = |of: f64| {
-        if of < 1.0 {
-            1.0 / (1.0 + (1.0 / of - 1.0) * factor)
-        } else {
-            1.0 + (of - 1.0) * factor
-        }
-    };
-    let mut fault = fault;
-    match &mut fault {
-        Fault::Jump { metres: value }
-        | Fault::Freeze { seconds: value }
-        | Fault::Drop { share: value }
-        | Fault::JitterPosition { metres: value }
-        | Fault::JitterRotation { radians: value }
-        | Fault::DriftYaw {
-            radians_per_second: value,
-        }
-        | Fault::DriftPosition {
-            metres_per_second: value,
-        }
-        | Fault::DriftScale { per_second: value }
-        | Fault::TimeWarp { depth: value }
-        | Fault::Mounting { radians: value }
-        | Fault::Slip {
-            metres_per_second: value,
-        } => *value *= factor,
-        Fault::Scale { factor: value } | Fault::Rate { factor: value } => *value = excess(*value),
-        Fault::Reversal
-        | Fault::RollPitchSwap
-        | Fault::Handedness { .. }
-        | Fault::MirroredPositions { .. }
-        | Fault::DegreesForRadians => {}
-    }
-    fault
-}
-
-/// The fault's name and severity in few digits.
-pub fn label(fault: &Fault) -> String {
-    let round = |v: f64| format!("{}", (v * 1e4).round() / 1e4);
-    match *fault {
-        Fault::Scale { factor } | Fault::Rate { factor } => {
-            format!("{}:{}x", fault.name(), round(factor))
-        }
-        Fault::JitterRotation { radians } | Fault::Mounting { radians } => {
-            format!("{}:{}deg", fault.name(), round(radians.to_degrees()))
-        }
-        Fault::DriftYaw { radians_per_second } => {
-            let degrees = round(radians_per_second.to_degrees());
-            format!("{}:{degrees}deg/s", fault.name())
-        }
-        Fault::Jump { metres } | Fault::JitterPosition { metres } => {
-            format!("{}:{}m", fault.name(), round(metres))
-        }
-        Fault::Freeze { seconds } => format!("{}:{}s", fault.name(), round(seconds)),
-        Fault::Drop { share: v } | Fault::TimeWarp { depth: v } => {
-            format!("{}:{}", fault.name(), round(v))
-        }
-        Fault::DriftScale { per_second } => format!("{}:{}/s", fault.name(), round(per_second)),
-        Fault::DriftPosition { metres_per_second } | Fault::Slip { metres_per_second } => {
-            format!("{}:{}m/s", fault.name(), round(metres_per_second))
-        }
-        other => other.to_string(),
-    }
 }
 
 #[cfg(test)]
@@ -261,22 +180,6 @@ mod tests {
         for (fault, _) in same {
             assert_eq!(fault.severity().parse::<f64>().ok(), None, "{fault}");
         }
-        assert_eq!(
-            label(&stronger(Fault::Scale { factor: 1.05 }, 1.4)),
-            "scale:1.07x"
-        );
-        assert_eq!(
-            label(&stronger(Fault::Rate { factor: 0.5 }, 1.4)),
-            "rate:0.4167x"
-        );
-        assert_eq!(
-            label(&stronger(Fault::Jump { metres: 0.2 }, 1.4)),
-            "jump:0.28m"
-        );
         assert_eq!(faults(Part::Test, true).len(), test.len().div_ceil(3));
-        for (_, severity, fault) in Fault::suite() {
-            let text = label(&fault).replace(".0", "");
-            assert!(text.ends_with(&severity.replace(".0", "")), "{text}");
-        }
     }
 }

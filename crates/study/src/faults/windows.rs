@@ -3,7 +3,7 @@
 use super::locate::{Locator, PoseCell};
 use super::methods::{DEFAULT, KINEMATIC, METHODS, all};
 use super::prober::{Poses, Prober};
-use super::protocol::{LogSet, label};
+use super::protocol::LogSet;
 use anyhow::{Result, bail};
 use dose3_datasets::faults::Fault;
 use dose3_datasets::{Trajectory, Window, stretches};
@@ -57,26 +57,6 @@ pub fn sites(logs: &[Trajectory], tested: &[usize], count: usize) -> Vec<Site> {
     (0..chosen)
         .map(|i| places[(2 * i + 1) * places.len() / (2 * chosen)].0)
         .collect()
-}
-
-/// Poses `range` of a log as a log of their own.
-pub fn cut(log: &Trajectory, range: Range<usize>) -> Trajectory {
-    let within = log
-        .breaks
-        .iter()
-        .filter(|b| **b > range.start && **b < range.end);
-    Trajectory {
-        name: log.name.clone(),
-        group: log.group.clone(),
-        path: log.path.clone(),
-        breaks: within.map(|b| b - range.start).collect(),
-        stamps: log.stamps[range.clone()].to_vec(),
-        poses: log.poses[range.clone()].to_vec(),
-        rows: log.rows[range].to_vec(),
-        source: log.source.clone(),
-        report: log.report.clone(),
-        ..*log
-    }
 }
 
 /// First pose of the window of `poses` centred on `middle`, as far as a log of `length` lets it.
@@ -135,7 +115,7 @@ pub fn run(
     }
     let cuts: Vec<Trajectory> = sites
         .iter()
-        .map(|s| cut(&set.logs[s.log], s.start..s.start + CUT))
+        .map(|s| set.logs[s.log].cut(s.start..s.start + CUT))
         .collect();
     let middles = vec![MIDDLE; cuts.len()];
     let (sound, _) = scores(&cuts, &middles, context, prober)?;
@@ -169,7 +149,7 @@ pub fn run(
                 (poses, within(affected.start)..within(affected.end))
             })
             .collect();
-        poses.extend(context.locator.cell(set.letter, label(fault), &placed)?);
+        poses.extend(context.locator.cell(set.letter, fault.label(), &placed)?);
         for (m, method) in METHODS.iter().enumerate() {
             let side = |scores| Grouped { scores, logs: &ids };
             let (auroc, interval) = if [KINEMATIC, DEFAULT].contains(&m) {
@@ -181,7 +161,7 @@ pub fn run(
             };
             cells.push(FaultCell {
                 set: set.letter,
-                fault: label(fault),
+                fault: fault.label(),
                 method: method.key,
                 auroc,
                 interval,
@@ -265,14 +245,5 @@ mod tests {
                 .iter()
                 .all(|s| s.start + CUT <= 1000)
         );
-    }
-
-    #[test]
-    fn a_cut_is_the_log_from_there() {
-        let log = trajectory(Platform::Vehicle, 5, 400, 10.0);
-        let part = cut(&log, 100..300);
-        assert_eq!(part.poses, log.poses[100..300]);
-        assert_eq!(part.stamps, log.stamps[100..300]);
-        assert_eq!(part.frame, log.frame);
     }
 }
