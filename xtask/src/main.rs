@@ -33,17 +33,18 @@ enum Task {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
-        Task::Benchmark(args) => {
-            use_threads(args.threads).and_then(|()| dose3_study::benchmark::run(&args))
-        }
+        Task::Benchmark(args) => use_threads(args.threads)
+            .map_err(anyhow::Error::from)
+            .and_then(|()| dose3_study::benchmark::run(&args)),
         Task::Bench(args) => xtask::bench::run(&args),
-        Task::TrainReleaseModel(args) => {
-            use_threads(args.threads).and_then(|()| dose3_study::release::run(&args))
-        }
-        Task::TrainBaselines(args) => {
-            use_threads(args.threads).and_then(|()| dose3_study::learned::train(&args))
-        }
+        Task::TrainReleaseModel(args) => use_threads(args.threads)
+            .map_err(anyhow::Error::from)
+            .and_then(|()| dose3_study::release::run(&args)),
+        Task::TrainBaselines(args) => use_threads(args.threads)
+            .map_err(anyhow::Error::from)
+            .and_then(|()| dose3_study::learned::train(&args)),
         Task::BaselineScores(args) => use_threads(args.request.threads)
+            .map_err(anyhow::Error::from)
             .and_then(|()| dose3_study::learned::write_scores(&args)),
         Task::FetchData(args) => xtask::fetch::run(args),
     };

@@ -3,6 +3,7 @@
 
 mod args;
 mod commands;
+mod explain;
 
 use clap::Parser;
 use std::process::ExitCode;
@@ -20,7 +21,7 @@ fn main() -> ExitCode {
     match commands::run(args) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            commands::say(&format!("error: {error:#}"));
+            commands::say(&format!("error: {}", explain::explain(&error)));
             ExitCode::from(2)
         }
     }

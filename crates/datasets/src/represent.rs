@@ -1,8 +1,9 @@
-//! What the network sees of a window: the two protocols, and the constants that scale them.
+//! What the network sees of a window: two representations, and the constants that scale them.
 
 use dose3_lie::{Pose, Vector, so3};
 use serde::{Deserialize, Serialize};
 
+use crate::increments::motions;
 use crate::{Error, Frame, Trajectory, Window};
 
 /// A window whose largest displacement is below this many metres stands still and is not scaled up.
@@ -17,7 +18,7 @@ const SMALLEST_AXIS: f64 = 1e-3;
 /// Share of the trusted increments whose angle must stay unclipped.
 const UNCLIPPED: f64 = 0.999;
 
-/// The protocol of a representation.
+/// The kind of a representation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -113,7 +114,7 @@ impl Scaling {
 /// How poses become numbers for the network.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Representation {
-    /// The protocol.
+    /// `paper` or `motion`.
     pub kind: Kind,
     /// The scale.
     pub scaling: Scaling,
@@ -337,23 +338,11 @@ fn paper(poses: &[Pose], scaling: Scaling) -> Vec<Pose> {
         .collect()
 }
 
-/// `T_i^-1 T_{i+1}`, still in the log's own axes, metres and radians.
-fn increments(poses: &[Pose]) -> impl Iterator<Item = Pose> + '_ {
-    poses.windows(2).map(|pair| {
-        let turn = pair[0].rotation.inverse();
-        // The difference first: with UTM coordinates, subtracting after the rotation would lose nanometres.
-        Pose {
-            rotation: turn * pair[1].rotation,
-            translation: turn * (pair[1].translation - pair[0].translation),
-        }
-    })
-}
-
 fn motion(poses: &[Pose], frame: Frame, scaling: Scaling) -> Vec<Pose> {
     let (scale, factor) = scaling.stored().unwrap_or(([1.0; 3], [1.0; 3]));
     let (scale, factor) = (Vector::from(scale), Vector::from(factor));
     let axes = frame.to_forward_left_up();
-    increments(poses)
+    motions(poses)
         .map(|step| {
             let mut tangent = (axes * so3::log(&step.rotation)).component_mul(&factor);
             let angle = tangent.norm();
@@ -372,7 +361,7 @@ fn fit_motion(trajectories: &[Trajectory], windows: &[Window]) -> Result<Scaling
     let mut squares = 0.0;
     let mut angles = Vec::new();
     for window in windows {
-        for step in increments(poses_of(window, trajectories)?) {
+        for step in motions(poses_of(window, trajectories)?) {
             squares += step.translation.norm_squared();
             angles.push(so3::log(&step.rotation).norm());
         }
@@ -406,7 +395,7 @@ fn fit_axes(trajectories: &[Trajectory], windows: &[Window]) -> Result<Scaling, 
     for window in windows {
         let poses = poses_of(window, trajectories)?;
         let axes = trajectories[window.trajectory].frame.to_forward_left_up();
-        for step in increments(poses) {
+        for step in motions(poses) {
             let tangent = axes * so3::log(&step.rotation);
             steps += (axes * step.translation).map(|x| x * x);
             turns += tangent.map(|x| x * x);

@@ -7,8 +7,13 @@ use dose3_lie::{Pose, se3};
 use crate::stretch::stretches;
 use crate::{Error, Rate, Source, Trajectory};
 
-/// A log may be this much slower than asked for: nominal and measured rates differ by a percent or two.
+/// Rates that differ by less are one rate: nominal and measured ones differ by a percent or two.
 const RATE_TOLERANCE: f64 = 0.05;
+
+/// Whether a log of `hertz` poses a second has the rate `other`: RobotCar's 20 Hz are 19.9 to 20.1.
+pub fn same_rate(hertz: f64, other: f64) -> bool {
+    (hertz / other - 1.0).abs() <= RATE_TOLERANCE
+}
 
 /// The log at `hertz` poses a second, interpolated between neighbours (rotation along the geodesic,
 /// translation straight).
@@ -51,7 +56,7 @@ pub fn resample(trajectory: &Trajectory, hertz: f64) -> Result<Trajectory, Error
 /// # Ok::<(), dose3_datasets::Error>(())
 /// ```
 pub fn at_rate(trajectory: &Trajectory, hertz: f64) -> Result<Trajectory, Error> {
-    if (trajectory.rate.hertz / hertz - 1.0).abs() <= RATE_TOLERANCE {
+    if same_rate(trajectory.rate.hertz, hertz) {
         return Ok(trajectory.clone());
     }
     resample(trajectory, hertz)

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use dose3_lie::Pose;
 use sha2::{Digest, Sha256};
 
+use crate::hex::hex;
 use crate::stretch;
 use crate::{Format, Frame, LoadReport, Rate, RateSource, RowKind, Source, StampUnit};
 
@@ -154,10 +155,7 @@ impl Trajectory {
                 hash.update((value + 0.0).to_le_bytes());
             }
         }
-        hash.finalize()
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect()
+        hex(hash.finalize())
     }
 }
 

@@ -1,6 +1,6 @@
 //! Files that are whole or not there.
 
-use anyhow::{Context, Result};
+use crate::error::{Error, Result};
 use std::io::Write;
 use std::path::Path;
 
@@ -14,21 +14,21 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
         Some(p) if !p.as_os_str().is_empty() => p,
         _ => Path::new("."),
     };
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("cannot create {}", folder.display()))?;
-    let context = || format!("cannot write {}", path.display());
-    let mut file = tempfile::NamedTempFile::new_in(folder).with_context(context)?;
-    file.write_all(bytes).with_context(context)?;
-    file.as_file().sync_all().with_context(context)?;
+    std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+    replace(folder, path, bytes).map_err(Error::io("write", path))
+}
+
+fn replace(folder: &Path, path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         // Temporary files are private; the result should be as readable as any other file.
         let permissions = std::fs::Permissions::from_mode(0o644);
-        file.as_file()
-            .set_permissions(permissions)
-            .with_context(context)?;
+        file.as_file().set_permissions(permissions)?;
     }
-    file.persist(path).with_context(context)?;
+    file.persist(path)?;
     Ok(())
 }

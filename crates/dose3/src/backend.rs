@@ -1,6 +1,6 @@
 //! Where the networks run.
 
-use anyhow::{Context, Result, bail};
+use crate::error::{Error, Result};
 use dose3_diffusion::ModelPair;
 use dose3_engine::{Engine, EngineOptions};
 use dose3_model::{NoiseModel, PairParameters, Parameters};
@@ -37,13 +37,14 @@ impl Backend {
 }
 
 impl FromStr for Backend {
-    type Err = anyhow::Error;
+    type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
         let found = Self::ALL.into_iter().find(|b| b.to_string() == text);
-        found.with_context(|| {
-            let names = Self::ALL.map(|b| b.to_string()).join(", ");
-            format!("no backend is named {text:?}, expected one of {names}")
+        found.ok_or_else(|| Error::UnknownName {
+            what: "backend",
+            found: text.to_owned(),
+            known: Self::ALL.map(|b| b.to_string()).join(", "),
         })
     }
 }
@@ -60,6 +61,26 @@ impl fmt::Display for Backend {
     }
 }
 
+/// Where and on how many threads something is computed. Results do not depend on the threads; backends agree to
+/// rounding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Computing {
+    /// Where the networks run.
+    pub backend: Backend,
+    /// Threads of the engine; 0 for all cores.
+    pub threads: usize,
+}
+
+impl Computing {
+    /// Puts both networks there.
+    ///
+    /// # Errors
+    /// As [`Backend::load`].
+    pub fn load(self, parameters: &PairParameters) -> Result<ModelPair> {
+        self.backend.load(parameters, self.threads)
+    }
+}
+
 /// Sizes the thread pool that everything beside the engine shares (density fits, Adam, noising):
 /// once, at the start of a program; 0 means all cores. Results do not depend on it.
 ///
@@ -69,7 +90,10 @@ pub fn use_threads(threads: usize) -> Result<()> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build_global()
-        .context("cannot set up the thread pool")
+        .map_err(|e| Error::Threads {
+            threads,
+            reason: e.to_string(),
+        })
 }
 
 impl Backend {
@@ -90,10 +114,16 @@ impl Backend {
                 other => other.load_burn(p),
             }
         };
-        let context = || format!("cannot set up the networks on backend {self}");
+        let context = |reason: Error| match reason {
+            Error::MissingBackend { .. } => reason,
+            reason => Error::Backend {
+                backend: self,
+                reason: Box::new(reason),
+            },
+        };
         Ok(ModelPair {
-            translation: one(&parameters.translation).with_context(context)?,
-            rotation: one(&parameters.rotation).with_context(context)?,
+            translation: one(&parameters.translation).map_err(context)?,
+            rotation: one(&parameters.rotation).map_err(context)?,
         })
     }
 
@@ -111,7 +141,10 @@ impl Backend {
     fn load_burn(self, parameters: &Parameters) -> Result<Box<dyn NoiseModel>> {
         let (feature, built) = self.feature();
         if !built {
-            bail!("this build lacks backend {self}; rebuild with `--features {feature}`");
+            return Err(Error::MissingBackend {
+                backend: self,
+                feature,
+            });
         }
         self.build_burn(parameters)
     }
@@ -140,6 +173,9 @@ impl Backend {
         feature = "cuda"
     )))]
     fn build_burn(self, _: &Parameters) -> Result<Box<dyn NoiseModel>> {
-        bail!("this build has the built-in engine only")
+        Err(Error::MissingBackend {
+            backend: self,
+            feature: self.feature().0,
+        })
     }
 }

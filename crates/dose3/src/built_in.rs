@@ -1,7 +1,7 @@
 //! The models that ship with the program.
 
+use crate::error::Result;
 use crate::model_file::Model;
-use anyhow::{Context, Result};
 
 /// `paper` representation, trained on KITTI odometry by `cargo xtask train-release-model`.
 const PAPER: &[u8] = include_bytes!("../weights/kitti-paper.dose3");
@@ -9,25 +9,24 @@ const PAPER: &[u8] = include_bytes!("../weights/kitti-paper.dose3");
 /// `cargo xtask train-release-model --recipe motion`.
 const MOTION: &[u8] = include_bytes!("../weights/motion.dose3");
 
-/// The model of the paper's protocol.
+/// The model of the paper's windows.
 ///
 /// # Errors
 /// Never with the file that was compiled in; a test holds it to that.
 pub fn paper() -> Result<Model> {
-    read(PAPER, "the built-in model `paper`")
+    read(PAPER)
 }
 
-/// The model of body-frame motion, which `dose3 fit` uses unless told otherwise.
+/// The model of body-frame motion, which a fit uses unless told otherwise.
 ///
 /// # Errors
 /// Never with the file that was compiled in; a test holds it to that.
 pub fn motion() -> Result<Model> {
-    read(MOTION, "the built-in model `motion`")
+    read(MOTION)
 }
 
-fn read(bytes: &[u8], name: &'static str) -> Result<Model> {
-    let (model, _) = Model::from_bytes(bytes).context(name)?;
-    Ok(model)
+fn read(bytes: &[u8]) -> Result<Model> {
+    Ok(Model::from_bytes(bytes)?.0)
 }
 
 #[cfg(test)]

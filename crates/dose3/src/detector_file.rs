@@ -1,9 +1,9 @@
 //! Detector files: a model file whose metadata also holds what trusted logs looked like to it.
 
 use crate::atomic;
+use crate::error::{Error, Result};
 use crate::logs::Needs;
-use crate::model_file::{LogRecord, Model};
-use anyhow::{Context, Result, bail};
+use crate::model_file::{self, LogRecord, Model};
 use dose3_diffusion::ProbeConfig;
 use dose3_model::Precision;
 use dose3_ood::{DetectorStatistics, PoseReference};
@@ -49,18 +49,13 @@ pub struct Detector {
     pub header: DetectorHeader,
 }
 
-#[derive(Deserialize)]
-struct Version {
-    format_version: u32,
-}
-
 impl Detector {
     /// Serialises the detector. Weights are kept as f32: they are the ones it was fitted with.
     ///
     /// # Errors
     /// A header that cannot be serialised.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
-        let json = serde_json::to_string(&self.header)?;
+        let json = model_file::json("detector", &self.header)?;
         self.model.to_bytes(Precision::F32, &[(KEY, json)])
     }
 
@@ -71,32 +66,29 @@ impl Detector {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let (model, metadata) = Model::from_bytes(bytes)?;
         let Some(json) = metadata.get(KEY) else {
-            bail!("a model without a detector: make one with `dose3 fit --model`");
+            return Err(Error::NotADetector);
         };
-        let unreadable = "the detector header cannot be read";
-        let version: Version = serde_json::from_str(json).context(unreadable)?;
-        if !(OLDEST..=VERSION).contains(&version.format_version) {
-            bail!(
-                "detector format {}, this build reads {OLDEST} to {VERSION}; update dose3",
-                version.format_version
-            );
-        }
-        let header: DetectorHeader = serde_json::from_str(json).context(unreadable)?;
+        model_file::check_version("detector", json, OLDEST..=VERSION)?;
+        let header: DetectorHeader = model_file::from_json("detector", json)?;
+        let unsound = |reason: String| Err(Error::unsound("detector", reason));
         if header.stride == 0 || header.probe.draws == 0 || header.probe.steps == 0 {
-            bail!("stride, draws or steps of the detector are 0");
+            return unsound("stride, draws or steps are 0".into());
         }
         if header.needs.representation != model.header.representation {
-            bail!("the representations of model and detector differ");
+            return unsound("the representations of model and detector differ".into());
         }
         if !(header.needs.rate.is_finite() && header.needs.rate > 0.0) {
-            bail!("rate {} Hz is not a positive number", header.needs.rate);
+            return unsound(format!(
+                "rate {} Hz is not a positive number",
+                header.needs.rate
+            ));
         }
         if let Some(poses) = &header.poses {
             poses.validate()?;
         }
         let config = header.statistics.config();
         if (config.draws, config.seed) != (header.probe.draws, header.probe.seed) {
-            bail!("draws and seed differ between the parts of the detector");
+            return unsound("draws and seed differ between its parts".into());
         }
         Ok(Self { model, header })
     }
@@ -106,10 +98,7 @@ impl Detector {
     /// # Errors
     /// As [`Detector::from_bytes`], with the path.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path)
-            .with_context(|| format!("cannot read detector {}", path.display()))?;
-        Self::from_bytes(&bytes)
-            .with_context(|| format!("{} is not a usable detector file", path.display()))
+        model_file::read("detector", path, Self::from_bytes)
     }
 
     /// Writes a detector file, atomically.

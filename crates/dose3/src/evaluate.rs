@@ -1,8 +1,8 @@
 //! Evaluation: how well a detector tells two lists of logs apart.
 
+use crate::error::{Error, Result};
 use crate::score::Judge;
-use anyhow::{Result, bail};
-use dose3_datasets::Trajectory;
+use dose3_datasets::{LogGroups, Trajectory};
 use dose3_ood::Score;
 use dose3_ood::metrics::{Bootstrap, Estimate, Grouped, Metric, estimate_all};
 use serde::Serialize;
@@ -138,24 +138,19 @@ pub fn evaluate(
 
 fn side(judge: &mut Judge, logs: Vec<Trajectory>, progress: &mut dyn FnMut(&str)) -> Result<Side> {
     if logs.is_empty() {
-        bail!("no log to evaluate on");
+        return Err(Error::NoLog {
+            purpose: "evaluate on",
+        });
     }
-    let mut names: Vec<String> = Vec::new();
+    let groups = LogGroups::of(&logs).of_log;
     let mut side = Side {
         scores: Vec::new(),
         logs: Vec::new(),
         log_scores: Vec::new(),
-        groups: Vec::new(),
+        groups: groups.clone(),
         rejected: 0,
     };
-    for log in logs {
-        let group = names
-            .iter()
-            .position(|n| *n == log.group)
-            .unwrap_or_else(|| {
-                names.push(log.group.clone());
-                names.len() - 1
-            });
+    for (log, group) in logs.into_iter().zip(groups) {
         let name = log.name.clone();
         let report = judge.judge(log, None, &|_, _| ())?;
         side.scores
@@ -163,7 +158,6 @@ fn side(judge: &mut Judge, logs: Vec<Trajectory>, progress: &mut dyn FnMut(&str)
         side.logs
             .extend(report.window_reports.iter().map(|_| group));
         side.log_scores.push(report.mean_score);
-        side.groups.push(group);
         side.rejected += usize::from(report.is_ood());
         progress(&name);
     }

@@ -1,13 +1,13 @@
 //! Fitting: from a model and trusted logs to a detector, without retraining.
 
-use crate::backend::Backend;
+use crate::backend::{Backend, Computing};
 use crate::detector_file::{Detector, DetectorHeader, VERSION};
-use crate::features::Extractor;
+use crate::error::{Error, Result};
 use crate::logs::{Needs, conform};
 use crate::model_file::{LogRecord, Model};
-use anyhow::{Context, Result, bail};
-use dose3_datasets::{Frame, Kind, Trajectory, Window, windows_of_each};
-use dose3_diffusion::{NoiseSharing, ProbeConfig, Process};
+use crate::probe::{Probe, ProbePlan, checked};
+use dose3_datasets::{Frame, Kind, LogGroups, Trajectory, windows_of_each};
+use dose3_diffusion::{NoiseSharing, Process};
 use dose3_ood::{
     Combination, DensityConfig, DetectorConfig, DetectorStatistics, PoseReference, StatisticsSet,
 };
@@ -110,8 +110,14 @@ pub fn fit(
 ) -> Result<Fitted> {
     let header = &model.header;
     let process = Process::new(header.process)?;
-    let probe = probe(options, &process)?;
-    let first = trusted.first().context("no trusted log to fit on")?;
+    let plan = ProbePlan {
+        steps: options.steps.unwrap_or(process.steps()),
+        draws: options.draws,
+        seed: options.seed,
+        sharing: options.sharing,
+    };
+    let plan = checked(&plan, &process, &options.statistics)?;
+    let first = trusted.first().ok_or(Error::NoLog { purpose: "fit on" })?;
     // A motion model fixes the rate; a paper model takes that of the trusted logs.
     let rate = match header.representation.kind {
         Kind::Motion => header.rate,
@@ -133,7 +139,7 @@ pub fn fit(
     if header.representation.kind == Kind::Motion && frame == Frame::Sensor {
         notes.insert(
             "the body axes of the trusted logs are not known and taken as they are: logs to be judged \
-             must come from the same source (--frame names the axes)"
+             must come from the same source"
                 .into(),
         );
     }
@@ -146,42 +152,35 @@ pub fn fit(
         overlap: header.window.div_ceil(options.stride),
         alpha: options.alpha,
         window_alpha: options.alpha,
-        draws: probe.draws,
+        draws: plan.draws,
         seed: options.seed,
         ..DetectorConfig::default()
     };
     config.check()?;
 
-    let mut models = options.backend.load(&model.parameters, options.threads)?;
-    let mut extractor = Extractor {
-        models: &mut models,
-        process: &process,
-        probe,
-        representation: header.representation,
+    let computing = Computing {
+        backend: options.backend,
+        threads: options.threads,
     };
+    let mut probe = Probe::for_sets(model, &plan, [&options.statistics], computing)?;
     let total = windows.len();
-    let mut poses = Vec::new();
-    let rows = extractor
-        .rows_and_poses(
-            &logs,
-            &windows,
-            &options.statistics,
-            &mut |_, _, numbers| {
-                poses.push(numbers.to_vec());
-                Ok(())
-            },
-            &|done| progress(done, total),
-        )
-        .context("cannot compute the statistics of the trusted logs")?;
+    let (mut rows, mut poses) = (Vec::with_capacity(total), Vec::new());
+    probe.measure(&logs, &windows, |window| {
+        rows.push(window.row(&options.statistics)?);
+        poses.extend(window.poses()?.into_iter().map(|(_, numbers)| numbers));
+        progress(window.index + 1, total);
+        Ok::<(), Error>(())
+    })?;
     let poses = PoseReference::fit(&poses)?;
-    let (groups, names) = groups(&logs, &windows);
-    let statistics = DetectorStatistics::fit(config, &rows, &groups, &names)?;
+    let groups = LogGroups::of(&logs);
+    let of_windows = groups.of_windows(&windows);
+    let statistics = DetectorStatistics::fit(config, &rows, &of_windows, &groups.names)?;
     let detector = Detector {
         model: model.clone(),
         header: DetectorHeader {
             format_version: VERSION,
             needs,
-            probe,
+            probe: plan,
             stride: options.stride,
             trusted: logs.iter().map(LogRecord::from).collect(),
             statistics,
@@ -194,85 +193,4 @@ pub fn fit(
         windows: total,
         notes: notes.into_iter().collect(),
     })
-}
-
-fn probe(options: &FitOptions, process: &Process) -> Result<ProbeConfig> {
-    let asked = ProbeConfig {
-        steps: steps(options.steps, process.steps())?,
-        draws: options.draws,
-        seed: options.seed,
-        sharing: options.sharing,
-    };
-    if options.sharing == NoiseSharing::None && options.statistics.needs_noise() {
-        bail!(
-            "`{}` measures denoising errors, which a path without drawn noise does not have",
-            options.statistics
-        );
-    }
-    Ok(ProbeConfig {
-        draws: asked.distinct_draws(),
-        ..asked
-    })
-}
-
-fn steps(asked: Option<usize>, of_model: usize) -> Result<usize> {
-    match asked {
-        None => Ok(of_model),
-        Some(n) if n >= 1 && n <= of_model => Ok(n),
-        Some(n) => bail!("--steps {n}: the model has {of_model} diffusion steps"),
-    }
-}
-
-/// Per window the index of its group of logs, and the groups' names. Logs of one group (the same
-/// recording) count as one log. Windows must be in order of their logs.
-fn groups(logs: &[Trajectory], windows: &[Window]) -> (Vec<usize>, Vec<String>) {
-    let mut names: Vec<String> = Vec::new();
-    let of_log: Vec<usize> = logs
-        .iter()
-        .map(|t| {
-            names.iter().position(|n| *n == t.group).unwrap_or_else(|| {
-                names.push(t.group.clone());
-                names.len() - 1
-            })
-        })
-        .collect();
-    (
-        windows.iter().map(|w| of_log[w.trajectory]).collect(),
-        names,
-    )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn without_drawn_noise_there_is_one_draw_and_no_denoising_error() {
-        let options = |statistics: &str| FitOptions {
-            statistics: statistics.parse().unwrap(),
-            density: DensityConfig::default(),
-            combination: Combination::Joint,
-            alpha: 0.05,
-            stride: 32,
-            steps: Some(6),
-            draws: 3,
-            sharing: NoiseSharing::None,
-            seed: 0,
-            backend: Backend::Engine,
-            threads: 1,
-        };
-        let process = Process::new(dose3_diffusion::ProcessConfig::default()).unwrap();
-        let found = probe(&options("diffpath6+diffpath1"), &process).unwrap();
-        assert_eq!((found.draws, found.steps), (1, 6));
-        let refused = probe(&options("kinematic,residual+eps-mean"), &process).unwrap_err();
-        assert!(
-            refused.to_string().contains("denoising errors"),
-            "{refused}"
-        );
-        let drawn = FitOptions {
-            sharing: NoiseSharing::Common,
-            ..options("residual")
-        };
-        assert_eq!(probe(&drawn, &process).unwrap().draws, 3);
-    }
 }

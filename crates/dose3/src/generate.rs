@@ -1,7 +1,7 @@
 //! New pose sequences from a model.
 
+use crate::error::{Error, Result};
 use crate::model_file::Model;
-use anyhow::{Result, bail};
 use dose3_datasets::{Format, Frame, Kind, Trajectory};
 use dose3_diffusion::{ModelPair, Process, SampleConfig, rotation_logs, sample};
 use dose3_lie::{Pose, Vector, so3};
@@ -49,10 +49,10 @@ pub fn sequence(model: &Model, models: &mut ModelPair, seed: u64) -> Result<Traj
             }
             poses
         }
-        (Kind::Motion, None) => bail!(
-            "a motion model without stored constants ({:?})",
-            representation.scaling
-        ),
+        (Kind::Motion, None) => {
+            let reason = format!("no stored constants ({:?})", representation.scaling);
+            return Err(Error::unsound("model", reason));
+        }
     };
     let stamp = |i: usize| (i as f64 / model.header.rate * 1e9).round() as i64;
     let stamps = (0..poses.len()).map(stamp).collect();

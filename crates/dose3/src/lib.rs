@@ -6,11 +6,18 @@ pub mod atomic;
 pub mod backend;
 pub mod built_in;
 pub mod detector_file;
+pub mod error;
 pub mod evaluate;
 pub mod features;
 pub mod fit;
 pub mod generate;
 pub mod logs;
 pub mod model_file;
+pub mod probe;
+pub mod progress;
 pub mod score;
 pub mod train;
+
+pub use error::{Error, Result};
+pub use model_file::Model;
+pub use probe::{Measured, Probe, ProbePlan};

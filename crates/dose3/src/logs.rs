@@ -1,8 +1,9 @@
 //! Reading logs with a user's overrides.
 
-use anyhow::{Context, Result, bail};
+use crate::error::{Error, Result, Setting};
 use dose3_datasets::{
     Format, Frame, Kind, LoadOptions, RateSource, Representation, Trajectory, load_all, resample,
+    same_rate,
 };
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -43,16 +44,15 @@ impl Default for ReadOptions {
 /// The first log that cannot be read; options out of range.
 pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Trajectory>> {
     if !(options.unit.is_finite() && options.unit > 0.0) {
-        bail!(
-            "--unit {}: expected a positive number of metres",
-            options.unit
-        );
+        let expected = "a positive number of metres";
+        return Err(Error::setting(Setting::Unit, options.unit, expected));
     }
     if let Some(rate) = options
         .nominal_rate
         .filter(|r| !(r.is_finite() && *r > 0.0))
     {
-        bail!("--nominal-rate {rate}: expected a positive number of hertz");
+        let expected = "a positive number of hertz";
+        return Err(Error::setting(Setting::NominalRate, rate, expected));
     }
     let load = LoadOptions {
         format: options.format,
@@ -78,11 +78,10 @@ fn apply(t: &mut Trajectory, options: &ReadOptions) -> Result<()> {
     }
     if let Some(hertz) = options.nominal_rate {
         if t.rate.source == RateSource::Stamps {
-            bail!(
-                "log {} has stamps, which say {:.4} Hz; --nominal-rate is for logs without",
-                t.name,
-                t.rate.hertz
-            );
+            return Err(Error::HasStamps {
+                log: t.name.clone(),
+                hertz: t.rate.hertz,
+            });
         }
         let step = 1e9 / hertz;
         for (i, stamp) in t.stamps.iter_mut().enumerate() {
@@ -96,8 +95,6 @@ fn apply(t: &mut Trajectory, options: &ReadOptions) -> Result<()> {
 /// A log that steps this many times farther than the model's data is in another unit. The other
 /// way round proves nothing: logs may stand still.
 const UNIT_FACTOR: f64 = 100.0;
-/// Rates that differ by less are the same rate.
-const RATE_TOLERANCE: f64 = 0.05;
 
 /// Median distance between consecutive poses, metres.
 fn median_step(t: &Trajectory) -> f64 {
@@ -140,7 +137,7 @@ impl Needs {
 
 /// Fits a log to what it is to be judged by. A `paper` model counts poses, so another rate is only
 /// noted; where time and axes matter, a faster log is interpolated down, and a slower one, one in
-/// another kind of frame or in another unit is refused with the flag that resolves it. Answers
+/// another kind of frame or in another unit is refused. Answers
 /// the notes for the user.
 ///
 /// # Errors
@@ -152,12 +149,11 @@ pub fn conform(trajectory: Trajectory, needs: &Needs) -> Result<(Trajectory, Vec
     let nominal = trajectory.rate.source == RateSource::Nominal;
     if nominal {
         notes.push(format!(
-            "no stamps in the file: {own:.4} Hz is the data set's nominal rate (--nominal-rate \
-             changes it)"
+            "no stamps in the file: {own:.4} Hz is the data set's nominal rate"
         ));
     }
     if !needs.exacting() {
-        if (ratio - 1.0).abs() > RATE_TOLERANCE {
+        if !same_rate(own, rate) {
             notes.push(format!(
                 "the log has {own:.4} Hz, the trusted logs {rate:.4} Hz; a paper model counts \
                  poses, so a window spans another time"
@@ -166,12 +162,11 @@ pub fn conform(trajectory: Trajectory, needs: &Needs) -> Result<(Trajectory, Vec
         return Ok((trajectory, notes));
     }
     if !needs.accepts(trajectory.frame) {
-        bail!(
-            "log {name} is in frame {}, expected {}: name the log's body axes with --frame \
-             (camera-rdf, body-frd, body-flu, object or sensor)",
-            trajectory.frame,
-            needs.frame
-        );
+        return Err(Error::Frame {
+            log: name.clone(),
+            found: trajectory.frame,
+            expected: needs.frame,
+        });
     }
     if trajectory.frame.has_forward() != needs.frame.has_forward() {
         notes.push(format!(
@@ -184,30 +179,26 @@ pub fn conform(trajectory: Trajectory, needs: &Needs) -> Result<(Trajectory, Vec
         let translation = translation.into_iter().fold(0.0, f64::max);
         let step = median_step(&trajectory) * ratio;
         if step > translation * UNIT_FACTOR {
-            bail!(
-                "log {name} moves {step:.3} m a step, the model's data {translation:.3} m: its \
-                 positions are hardly metres; name their unit with --unit (0.001 for millimetres)"
-            );
+            return Err(Error::NotMetres {
+                log: name.clone(),
+                step,
+                expected: translation,
+            });
         }
     }
-    if ratio < 1.0 - RATE_TOLERANCE {
-        let hint = if nominal {
-            "if that is not its rate, name it with --nominal-rate"
-        } else {
-            "its rate is that of its stamps"
-        };
-        bail!(
-            "log {name} has {own:.4} Hz, {rate:.4} Hz are needed and poses in between cannot be \
-             invented; {hint}, else train and fit at its rate (train --rate {own:.4})"
-        );
+    if same_rate(own, rate) {
+        return Ok((trajectory, notes));
     }
-    if ratio > 1.0 + RATE_TOLERANCE {
-        let slower = resample(&trajectory, rate)
-            .with_context(|| format!("log {name} cannot be resampled"))?;
-        notes.push(format!(
-            "interpolated from {own:.4} Hz down to {rate:.4} Hz"
-        ));
-        return Ok((slower, notes));
+    if own < rate {
+        return Err(Error::TooSlow {
+            log: name.clone(),
+            found: own,
+            needed: rate,
+            nominal,
+        });
     }
-    Ok((trajectory, notes))
+    notes.push(format!(
+        "interpolated from {own:.4} Hz down to {rate:.4} Hz"
+    ));
+    Ok((resample(&trajectory, rate)?, notes))
 }

@@ -2,12 +2,14 @@
 //! everything that is needed to use them.
 
 use crate::atomic;
-use anyhow::{Context, Result, bail};
+use crate::error::{Error, Result};
 use dose3_datasets::{Frame, Representation, Trajectory};
 use dose3_diffusion::{Process, ProcessConfig, trainer::TrainConfig};
 use dose3_model::{PairParameters, Precision};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// Metadata key of [`ModelHeader`].
@@ -90,8 +92,7 @@ impl Model {
     /// # Errors
     /// Weights that the precision cannot hold.
     pub fn to_bytes(&self, precision: Precision, extra: &[(&str, String)]) -> Result<Vec<u8>> {
-        let mut metadata =
-            BTreeMap::from([(KEY.to_string(), serde_json::to_string(&self.header)?)]);
+        let mut metadata = BTreeMap::from([(KEY.to_string(), json("model", &self.header)?)]);
         metadata.extend(extra.iter().map(|(k, v)| ((*k).to_string(), v.clone())));
         Ok(self.parameters.to_safetensors(precision, &metadata)?)
     }
@@ -104,28 +105,20 @@ impl Model {
     pub fn from_bytes(bytes: &[u8]) -> Result<(Self, BTreeMap<String, String>)> {
         let (parameters, mut metadata) = PairParameters::from_safetensors(bytes)?;
         let Some(json) = metadata.remove(KEY) else {
-            bail!("a safetensors file without `{KEY}` metadata: not written by dose3");
+            return Err(Error::NotAModel { key: KEY });
         };
-        let version: Version =
-            serde_json::from_str(&json).context("the model header cannot be read")?;
-        if version.format_version != VERSION {
-            bail!(
-                "model format {}, this build reads {VERSION}; update dose3",
-                version.format_version
-            );
-        }
-        let header: ModelHeader =
-            serde_json::from_str(&json).context("the model header cannot be read")?;
+        check_version("model", &json, VERSION..=VERSION)?;
+        let header: ModelHeader = from_json("model", &json)?;
         Process::new(header.process)?;
         let multiple = parameters.config().length_multiple();
         if header.window == 0 || !header.window.is_multiple_of(multiple) {
-            bail!(
-                "window length {} is not a positive multiple of {multiple}",
-                header.window
-            );
+            let found = header.window;
+            let reason = format!("window length {found} is not a positive multiple of {multiple}");
+            return Err(Error::unsound("model", reason));
         }
         if !(header.rate.is_finite() && header.rate > 0.0) {
-            bail!("rate {} Hz is not a positive number", header.rate);
+            let reason = format!("rate {} Hz is not a positive number", header.rate);
+            return Err(Error::unsound("model", reason));
         }
         Ok((Self { header, parameters }, metadata))
     }
@@ -135,10 +128,7 @@ impl Model {
     /// # Errors
     /// As [`Model::from_bytes`], with the path.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes =
-            std::fs::read(path).with_context(|| format!("cannot read model {}", path.display()))?;
-        let (model, _) = Self::from_bytes(&bytes)
-            .with_context(|| format!("{} is not a usable model file", path.display()))?;
+        let (model, _) = read("model", path, Self::from_bytes)?;
         Ok(model)
     }
 
@@ -154,4 +144,45 @@ impl Model {
 #[derive(Deserialize)]
 struct Version {
     format_version: u32,
+}
+
+/// Checks the version that a header says it has; returns it.
+pub(crate) fn check_version(
+    what: &'static str,
+    json: &str,
+    readable: RangeInclusive<u32>,
+) -> Result<u32> {
+    let found = from_json::<Version>(what, json)?.format_version;
+    if readable.contains(&found) {
+        return Ok(found);
+    }
+    let (oldest, newest) = readable.into_inner();
+    Err(Error::FormatVersion {
+        what,
+        found,
+        oldest,
+        newest,
+    })
+}
+
+pub(crate) fn from_json<T: DeserializeOwned>(what: &'static str, json: &str) -> Result<T> {
+    serde_json::from_str(json).map_err(|reason| Error::Header { what, reason })
+}
+
+pub(crate) fn json(what: &'static str, header: &impl Serialize) -> Result<String> {
+    serde_json::to_string(header).map_err(|reason| Error::Header { what, reason })
+}
+
+/// Reads a file by `parse`; its errors name the path.
+pub(crate) fn read<T>(
+    what: &'static str,
+    path: &Path,
+    parse: impl FnOnce(&[u8]) -> Result<T>,
+) -> Result<T> {
+    let bytes = std::fs::read(path).map_err(Error::io("read", path))?;
+    parse(&bytes).map_err(|reason| Error::File {
+        what,
+        path: path.to_path_buf(),
+        reason: Box::new(reason),
+    })
 }

@@ -1,12 +1,11 @@
 //! Scoring: what a detector says of a log.
 
-use crate::backend::Backend;
+use crate::backend::{Backend, Computing};
 use crate::detector_file::Detector;
-use crate::features::Extractor;
+use crate::error::{Error, Result};
 use crate::logs::conform;
-use anyhow::{Context, Result};
+use crate::probe::Probe;
 use dose3_datasets::{RateSource, Trajectory, Window, windows_of_each};
-use dose3_diffusion::{ModelPair, Process};
 use dose3_ood::detector::{Contribution, LogVerdict, Rule};
 use dose3_ood::{PoseReference, Score};
 use serde::Serialize;
@@ -14,8 +13,7 @@ use serde::Serialize;
 /// A detector with its networks loaded.
 pub struct Judge {
     detector: Detector,
-    process: Process,
-    models: ModelPair,
+    probe: Probe,
 }
 
 /// What is said of one window.
@@ -136,9 +134,10 @@ impl Judge {
     /// # Errors
     /// A backend that cannot be had.
     pub fn new(detector: Detector, backend: Backend, threads: usize) -> Result<Self> {
+        let set = &detector.header.statistics.config().statistics;
+        let computing = Computing { backend, threads };
         Ok(Self {
-            process: Process::new(detector.model.header.process)?,
-            models: backend.load(&detector.model.parameters, threads)?,
+            probe: Probe::for_sets(&detector.model, &detector.header.probe, [set], computing)?,
             detector,
         })
     }
@@ -176,36 +175,24 @@ impl Judge {
     }
 
     fn statistics(&mut self, log: Trajectory, progress: &dyn Fn(usize, usize)) -> Result<Measured> {
-        let header = &self.detector.model.header;
-        let (log, notes) = conform(log, &self.detector.header.needs)?;
-        let stride = self.detector.header.stride;
-        let poses = header.representation.kind.poses(header.window);
+        let header = &self.detector.header;
+        let (log, notes) = conform(log, &header.needs)?;
         let logs = std::slice::from_ref(&log);
-        let windows = windows_of_each(logs, poses, stride)?;
-        let mut extractor = Extractor {
-            models: &mut self.models,
-            process: &self.process,
-            probe: self.detector.header.probe,
-            representation: header.representation,
-        };
-        let set = &self.detector.header.statistics.config().statistics;
+        let windows = windows_of_each(logs, self.probe.poses(), header.stride)?;
+        let set = &header.statistics.config().statistics;
         let total = windows.len();
-        let reference = self.detector.header.poses.as_ref();
+        let mut rows = Vec::with_capacity(total);
         let mut pose_scores = vec![None; log.poses.len()];
-        let rows = match reference {
-            Some(reference) => extractor.rows_and_poses(
-                logs,
-                &windows,
-                set,
-                &mut |_, pose, numbers| {
-                    pose_scores[pose] = Some(reference.score(numbers)?);
-                    Ok(())
-                },
-                &|done| progress(done, total),
-            ),
-            None => extractor.rows(logs, &windows, set, &|done| progress(done, total)),
-        }
-        .with_context(|| format!("log {}", log.name))?;
+        self.probe.measure(logs, &windows, |window| {
+            rows.push(window.row(set)?);
+            if let Some(reference) = &header.poses {
+                for (pose, numbers) in window.poses()? {
+                    pose_scores[pose] = Some(reference.score(&numbers)?);
+                }
+            }
+            progress(window.index + 1, total);
+            Ok::<(), Error>(())
+        })?;
         Ok(Measured {
             log,
             windows,

@@ -2,10 +2,10 @@
 
 use crate::atomic;
 use crate::backend::Backend;
+use crate::error::{Error, Result};
 use crate::model_file::{LogRecord, Model, ModelHeader, TrainingRecord, VERSION};
-use anyhow::{Context, Result, anyhow, bail};
 use dose3_datasets::{
-    Frame, Kind, Representation, Scaling, Trajectory, Window, split_by_log, windows,
+    Frame, Kind, Representation, Scaling, Trajectory, Window, hex, same_rate, split_by_log, windows,
 };
 use dose3_diffusion::trainer::{LogRow, TrainConfig, Trainer, WindowSource};
 use dose3_diffusion::{Error as DiffusionError, ProcessConfig};
@@ -71,10 +71,11 @@ pub fn split(
             for name in names {
                 if !trajectories.iter().any(|t| t.name == *name) {
                     let known: Vec<&str> = trajectories.iter().map(|t| t.name.as_str()).collect();
-                    bail!(
-                        "no log is named {name:?}; the logs are {}",
-                        known.join(", ")
-                    );
+                    return Err(Error::UnknownName {
+                        what: "log",
+                        found: name.clone(),
+                        known: known.join(", "),
+                    });
                 }
             }
             (0..trajectories.len())
@@ -94,10 +95,9 @@ pub fn split(
         .push(t.clone());
     }
     if training.is_empty() {
-        bail!(
-            "all {} logs are held out, nothing is left to train on",
-            trajectories.len()
-        );
+        return Err(Error::AllHeldOut {
+            logs: trajectories.len(),
+        });
     }
     Ok((training, validation))
 }
@@ -115,35 +115,34 @@ pub fn train(
     on_step: &mut dyn FnMut(&LogRow),
 ) -> Result<Trained> {
     let (training, validation) = split(trajectories, &options.hold_out, options.config.seed)?;
-    let first = training
-        .first()
-        .ok_or_else(|| anyhow!("no log to train on"))?;
+    let first = training.first().ok_or(Error::NoLog {
+        purpose: "train on",
+    })?;
     let (rate, frame) = (first.rate.hertz, first.frame);
     for t in trajectories {
         // Increments of known axes are mapped to one frame; unknown ones must be the same for all.
         let unknown = t.frame == Frame::Sensor || frame == Frame::Sensor;
         if t.frame != frame && (options.kind == Kind::Paper || unknown) {
-            bail!(
-                "log {} is in frame {}, log {} in {frame}: train on one frame",
-                t.name,
-                t.frame,
-                first.name
-            );
+            return Err(Error::MixedFrames {
+                log: t.name.clone(),
+                found: t.frame,
+                first: first.name.clone(),
+                expected: frame,
+            });
         }
-        if options.kind == Kind::Motion && (t.rate.hertz / rate - 1.0).abs() > 0.05 {
-            bail!(
-                "log {} has {:.1} Hz, log {} {rate:.1} Hz: representation motion needs one rate \
-                 (--rate resamples)",
-                t.name,
-                t.rate.hertz,
-                first.name
-            );
+        if options.kind == Kind::Motion && !same_rate(t.rate.hertz, rate) {
+            return Err(Error::MixedRates {
+                log: t.name.clone(),
+                found: t.rate.hertz,
+                first: first.name.clone(),
+                expected: rate,
+            });
         }
     }
     let poses = options.kind.poses(options.window);
     let train_windows = windows(&training, poses, 1);
     if train_windows.is_empty() {
-        bail!("no training log has {poses} poses without a gap, which one window needs");
+        return Err(Error::NoWindow { poses });
     }
     let representation =
         Representation::fit(options.kind, options.scaling, &training, &train_windows)?;
@@ -170,11 +169,10 @@ pub fn train(
     )?;
     let mut resumed_at = None;
     if let Some(path) = options.checkpoint.as_ref().filter(|p| p.exists()) {
-        let bytes =
-            std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-        trainer.resume(path, &bytes).context(
-            "delete the checkpoint to start afresh, or repeat the settings of the first run",
-        )?;
+        let bytes = std::fs::read(path).map_err(Error::io("read", path))?;
+        trainer
+            .resume(path, &bytes)
+            .map_err(|reason| Error::Checkpoint { reason })?;
         resumed_at = Some(trainer.step_count());
     }
     trainer.run(on_step, &mut |t| {
@@ -183,7 +181,7 @@ pub fn train(
         };
         atomic::write(path, &t.checkpoint()?).map_err(|e| DiffusionError::Io {
             path: path.display().to_string(),
-            source: std::io::Error::other(format!("{e:#}")),
+            source: std::io::Error::other(e),
         })
     })?;
 
@@ -282,5 +280,5 @@ fn data_identity(
         logs.iter().for_each(|t| hash.update(t.fingerprint()));
     }
     hash.update(format!("{representation:?} {window}"));
-    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+    hex(hash.finalize())
 }

@@ -380,10 +380,10 @@ fn statistics(
 /// taken up again where it is finished or was interrupted).
 fn model(args: &BenchmarkArgs, data: &[DataSet], seed: u64) -> Result<Model> {
     if let Some(path) = args.model.first() {
-        return Model::read(path);
+        return Ok(Model::read(path)?);
     }
     if !args.retrain {
-        return dose3::built_in::paper();
+        return Ok(dose3::built_in::paper()?);
     }
     let set = data
         .iter()

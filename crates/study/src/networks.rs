@@ -55,7 +55,7 @@ pub fn file(name: &str) -> PathBuf {
 /// A name that none has; a file that is missing or cannot be read, with the command that makes it.
 pub fn load(name: &str) -> Result<Model> {
     if name == KITTI {
-        return built_in::paper();
+        return Ok(built_in::paper()?);
     }
     find(name)?;
     Model::read(&file(name)).with_context(|| {

@@ -62,7 +62,8 @@ pub fn render_into(path: &Path, markdown: &str, name: &str) -> Result<()> {
     atomic::write(
         path,
         format!("{head}\n{}\n{tail}", markdown.trim_end()).as_bytes(),
-    )
+    )?;
+    Ok(())
 }
 
 #[cfg(test)]

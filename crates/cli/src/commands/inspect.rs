@@ -2,6 +2,7 @@
 
 use super::{count, print, print_json, read_options, say};
 use crate::args::Inspect;
+use crate::explain::explain;
 use anyhow::Result;
 use dose3::logs;
 use dose3_datasets::{LoadOptions, RateSource, Trajectory, discover, stretches};
@@ -54,7 +55,7 @@ pub fn run(args: &Inspect) -> Result<u8> {
             match logs::read(std::slice::from_ref(&log), &options) {
                 Ok(trajectories) => reports.extend(trajectories.iter().map(report)),
                 Err(error) => {
-                    say(&format!("error: {error:#}"));
+                    say(&format!("error: {}", explain(&error.into())));
                     failed = true;
                 }
             }

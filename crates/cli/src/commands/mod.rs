@@ -71,11 +71,11 @@ fn read_options(reading: &Reading) -> ReadOptions {
 
 /// The built-in model of that name, else the model file.
 fn model(name: &Path) -> Result<Model> {
-    match name.to_str() {
-        Some("motion") => dose3::built_in::motion(),
-        Some("paper") => dose3::built_in::paper(),
-        _ => Model::read(name),
-    }
+    Ok(match name.to_str() {
+        Some("motion") => dose3::built_in::motion()?,
+        Some("paper") => dose3::built_in::paper()?,
+        _ => Model::read(name)?,
+    })
 }
 
 /// Refuses an output path that is a folder, before hours of work.

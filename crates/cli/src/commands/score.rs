@@ -2,6 +2,7 @@
 
 use super::{count, print, print_json, progress, read_options, say};
 use crate::args::Score;
+use crate::explain::explain;
 use anyhow::{Result, bail};
 use dose3::detector_file::Detector;
 use dose3::logs;
@@ -101,7 +102,7 @@ fn logs_under(args: &Score, failures: &mut Vec<Failure>) -> Vec<PathBuf> {
 }
 
 fn failure(path: &std::path::Path, error: &anyhow::Error) -> Failure {
-    let error = format!("{error:#}");
+    let error = explain(error);
     say(&format!("error: {error}"));
     Failure {
         path: path.display().to_string(),
@@ -120,7 +121,7 @@ fn judge_log(judge: &mut Judge, args: &Score, path: &PathBuf) -> Result<LogRepor
         bar.set_position(done as u64);
     });
     bar.finish_and_clear();
-    report
+    Ok(report?)
 }
 
 fn text(r: &LogReport, windows: bool) -> String {

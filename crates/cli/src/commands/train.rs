@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use dose3::train::{HoldOut, TrainOptions, train};
 use dose3::{atomic, logs};
 use dose3_cli::plot;
-use dose3_datasets::{Kind, Scaling, resample};
+use dose3_datasets::{Kind, Scaling, resample, same_rate};
 use dose3_diffusion::trainer::{TrainConfig, to_csv};
 use dose3_diffusion::{NoiseSchedule, ProcessConfig, RotationNoise, RotationProcess};
 use dose3_model::{PairConfig, Precision};
@@ -24,7 +24,7 @@ pub fn run(args: &Train) -> Result<()> {
     let mut trajectories = logs::read(&args.data, &read_options(&args.reading))?;
     if let Some(rate) = args.rate {
         for t in &mut trajectories {
-            if t.rate.hertz > rate * 1.05 {
+            if t.rate.hertz > rate && !same_rate(t.rate.hertz, rate) {
                 *t = resample(t, rate)
                     .with_context(|| format!("log {} cannot be resampled to {rate} Hz", t.name))?;
             }

@@ -95,7 +95,8 @@ impl Store {
             fingerprint: self.fingerprint(job, model),
             found: found.clone(),
         };
-        atomic::write(&self.file(key), &serde_json::to_vec_pretty(&kept)?)
+        atomic::write(&self.file(key), &serde_json::to_vec_pretty(&kept)?)?;
+        Ok(())
     }
 }
 

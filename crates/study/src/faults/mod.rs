@@ -172,7 +172,7 @@ fn models(args: &BenchmarkArgs) -> Result<Vec<Model>> {
         .model
         .iter()
         .map(|p| Model::read(p))
-        .collect::<Result<_>>()?;
+        .collect::<dose3::Result<_>>()?;
     for (model, path) in models.iter().zip(&args.model) {
         if model.header.representation.kind != Kind::Motion {
             bail!(

@@ -7,14 +7,12 @@ use anyhow::{Context, Result, bail, ensure};
 use dose3::atomic;
 use dose3::model_file::LogRecord;
 use dose3_baselines::{Manoeuvres, Precision, Sequences, annotate, annotation};
-use dose3_datasets::{Kind, Representation, Trajectory, Window};
+use dose3_datasets::{Kind, Representation, Trajectory, Window, same_rate};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Windows that are represented at once when scoring.
 const CHUNK: usize = 1024;
-/// Logs may be this much faster or slower than those trained on, where windows are increments.
-const RATE_TOLERANCE: f64 = 0.05;
 
 /// What a file of weights says about itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -122,7 +120,7 @@ impl Learned {
         } = self.record;
         if representation.kind == Kind::Motion {
             for t in trajectories {
-                if (t.rate.hertz / rate - 1.0).abs() > RATE_TOLERANCE {
+                if !same_rate(t.rate.hertz, rate) {
                     bail!(
                         "log {} has {:.1} Hz, the baseline was trained at {rate:.1} Hz",
                         t.name,

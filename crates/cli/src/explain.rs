@@ -1,0 +1,86 @@
+//! Errors as the program says them: what the library found, and the flag that resolves it.
+
+use dose3::Error;
+use dose3::error::Setting;
+
+/// The whole error in one line, with a hint where a flag of this program helps.
+pub fn explain(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        // Many messages hold their cause already.
+        if !text.ends_with(&cause) {
+            text = match text.is_empty() {
+                true => cause,
+                false => format!("{text}: {cause}"),
+            };
+        }
+    }
+    let known = error.chain().find_map(|c| c.downcast_ref::<Error>());
+    match known.and_then(hint) {
+        Some(hint) => format!("{text}; hint: {hint}"),
+        None => text,
+    }
+}
+
+/// What a user of the program can do about an error of the library.
+fn hint(error: &Error) -> Option<String> {
+    Some(match error {
+        Error::File { reason, .. } | Error::Log { reason, .. } | Error::Backend { reason, .. } => {
+            return hint(reason);
+        }
+        Error::NotADetector => "make a detector of it with `dose3 fit --model`".into(),
+        Error::Setting { setting, .. } => format!("it is set by {}", flag(*setting)?),
+        Error::UnknownName { what: "log", .. } => "logs are held out with --hold-out".into(),
+        Error::AllHeldOut { .. } => "--hold-out names the logs held out".into(),
+        Error::HasStamps { .. } => "leave --nominal-rate out".into(),
+        Error::Frame { .. } => "name them with --frame (camera-rdf, body-frd, body-flu, object \
+                                or sensor)"
+            .into(),
+        Error::MixedFrames { .. } => "--frame names the body axes of all logs".into(),
+        Error::MixedRates { expected, .. } => format!("--rate {expected:.1} resamples"),
+        Error::NotMetres { .. } => {
+            "name the unit of its positions with --unit (0.001 for millimetres)".into()
+        }
+        Error::TooSlow { found, nominal, .. } => {
+            let named = match nominal {
+                true => "if that is not its rate, name it with --nominal-rate, else ",
+                false => "",
+            };
+            format!("{named}train and fit at its rate (train --rate {found:.4})")
+        }
+        Error::MissingBackend { feature, .. } => format!("rebuild with `--features {feature}`"),
+        _ => return None,
+    })
+}
+
+fn flag(setting: Setting) -> Option<&'static str> {
+    Some(match setting {
+        Setting::Unit => "--unit",
+        Setting::NominalRate => "--nominal-rate",
+        Setting::Steps => "--steps",
+        Setting::Draws => "--draws",
+        Setting::Stride => "--stride",
+        Setting::Alpha => "--alpha",
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::explain;
+    use dose3::Error;
+
+    #[test]
+    fn a_cause_is_said_once_and_the_flag_is_named() {
+        let error = Error::HasStamps {
+            log: "a".into(),
+            hertz: 10.0,
+        };
+        let error = anyhow::Error::from(error.of_log("a.txt")).context("while reading");
+        assert_eq!(
+            explain(&error),
+            "while reading: log a.txt: log a has stamps, which say 10.0000 Hz; a nominal rate is for \
+             logs without; hint: leave --nominal-rate out"
+        );
+    }
+}

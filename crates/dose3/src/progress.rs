@@ -1,0 +1,28 @@
+//! How far a long computation is.
+
+use dose3_diffusion::trainer::LogRow;
+
+/// Hears how far a computation is. Every method does nothing unless it is written; `()` hears nothing.
+pub trait Progress {
+    /// `done` of `total` windows of the logs at hand are measured.
+    fn windows(&mut self, done: usize, total: usize) {
+        let _ = (done, total);
+    }
+
+    /// The log of that name is judged.
+    fn log(&mut self, name: &str) {
+        let _ = name;
+    }
+
+    /// Training begins on so many windows, validated on so many.
+    fn training(&mut self, training: usize, validation: usize) {
+        let _ = (training, validation);
+    }
+
+    /// A training step is done.
+    fn step(&mut self, row: &LogRow) {
+        let _ = row;
+    }
+}
+
+impl Progress for () {}
