@@ -10,6 +10,7 @@ pub mod metrics;
 mod score;
 mod special;
 pub mod statistics;
+pub mod timing;
 mod verdict;
 
 pub use calibration::{Combination, Reference, SharePrediction, cross_fit};

@@ -1,0 +1,172 @@
+//! The stamps of one log in numbers.
+
+use super::Symptom;
+use crate::statistics::quantile_sorted;
+use std::ops::Range;
+
+/// Steps of a span.
+const SPAN: usize = 64;
+/// Steps between the starts of spans.
+const HOP: usize = SPAN / 2;
+/// A log has become regular where so many steps in a row are about a period long.
+const REGULAR: usize = 16;
+/// It must do so within this many steps; later irregularity is no matter of starting up.
+const START: usize = 64;
+/// A step is that of lost poses where it is so close to a multiple of the period, in periods.
+const CLEAN: f64 = 0.2;
+/// Fewer steps say nothing.
+const FEWEST: usize = 2 * REGULAR;
+
+/// How the stamps of one log follow each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cadence<'a> {
+    stamps: &'a [i64],
+    period: f64,
+    settled: usize,
+    start: f64,
+    spans: Vec<Span>,
+}
+
+/// What goes wrong in some steps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Span {
+    /// Poses at both ends of the steps, and all between them.
+    pub poses: Range<usize>,
+    /// [`Symptom::Lost`] to [`Symptom::Pace`], in this order.
+    pub values: [f64; 5],
+}
+
+impl<'a> Cadence<'a> {
+    /// From the stamps of a log as they were recorded, nanoseconds. They need not be in order. None for fewer than 33
+    /// stamps, and where most of them do not advance.
+    #[must_use]
+    pub fn of(stamps: &'a [i64]) -> Option<Self> {
+        let steps: Vec<f64> = stamps
+            .windows(2)
+            .map(|pair| (i128::from(pair[1]) - i128::from(pair[0])) as f64 * 1e-9)
+            .collect();
+        if steps.len() < FEWEST {
+            return None;
+        }
+        let period = median(&steps);
+        if period <= 0.0 {
+            return None;
+        }
+        let settled = settled(&steps, period);
+        let pauses = steps[..settled].iter().map(|step| step - period);
+        let regular = &steps[settled..];
+        let last = regular.len().saturating_sub(SPAN);
+        let starts = (0..last.div_ceil(HOP) + 1).map(|hop| (hop * HOP).min(last));
+        let spans = starts.map(|first| {
+            let steps = &regular[first..(first + SPAN).min(regular.len())];
+            let first = settled + first;
+            Span {
+                poses: first..first + steps.len() + 1,
+                values: values(steps, period),
+            }
+        });
+        Some(Self {
+            stamps,
+            period,
+            settled,
+            start: pauses.fold(0.0, f64::max),
+            spans: spans.collect(),
+        })
+    }
+
+    /// The median step, seconds.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
+    /// The stamps.
+    #[must_use]
+    pub fn stamps(&self) -> &'a [i64] {
+        self.stamps
+    }
+
+    /// The first pose from which on the log is regular; 0 where it never is.
+    #[must_use]
+    pub fn settled(&self) -> usize {
+        self.settled
+    }
+
+    /// Spans of 64 steps, half overlapping, from [`Self::settled`] on; at least one.
+    #[must_use]
+    pub fn spans(&self) -> &[Span] {
+        &self.spans
+    }
+
+    /// The highest value that the log has, in the unit of the symptom.
+    #[must_use]
+    pub fn highest(&self, symptom: Symptom) -> f64 {
+        match symptom {
+            Symptom::Start => self.start,
+            Symptom::Rate => self.period.ln(),
+            other => {
+                let values = self.spans.iter().map(|span| span.values[other as usize]);
+                values.fold(0.0, f64::max)
+            }
+        }
+    }
+
+    /// Seconds between two neighbouring poses.
+    pub(super) fn step(&self, into: usize) -> f64 {
+        (i128::from(self.stamps[into]) - i128::from(self.stamps[into - 1])) as f64 * 1e-9
+    }
+
+    /// Seconds from the first stamp to that of a pose.
+    pub(super) fn seconds(&self, pose: usize) -> f64 {
+        (i128::from(self.stamps[pose]) - i128::from(self.stamps[0])) as f64 * 1e-9
+    }
+}
+
+fn settled(steps: &[f64], period: f64) -> usize {
+    let mut regular = 0;
+    for (index, step) in steps.iter().enumerate().take(START + REGULAR) {
+        let is_regular = (0.5 * period..1.5 * period).contains(step);
+        regular = if is_regular { regular + 1 } else { 0 };
+        if regular == REGULAR {
+            return index + 1 - REGULAR;
+        }
+    }
+    0
+}
+
+fn values(steps: &[f64], period: f64) -> [f64; 5] {
+    let mut sorted = steps.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let mut without_lost: Vec<f64> = steps
+        .iter()
+        .map(|step| without_lost(*step, period))
+        .collect();
+    without_lost.sort_by(f64::total_cmp);
+    let share = |of: &dyn Fn(&f64) -> bool| {
+        steps.iter().filter(|step| of(step)).count() as f64 / steps.len() as f64
+    };
+    let quantile = |sorted: &[f64], q| quantile_sorted(sorted, q) / period;
+    [
+        share(&|step| *step >= 1.5 * period),
+        (sorted[sorted.len() - 1] - period).max(0.0),
+        (quantile(&without_lost, 0.84) - quantile(&without_lost, 0.16)) / 2.0,
+        share(&|step| *step < 0.25 * period),
+        // A median that stands still is as far from the log's as a step of a thousandth of it.
+        quantile(&sorted, 0.5).max(1e-3).ln().abs(),
+    ]
+}
+
+/// A step of two or more periods, nearly to the point, is a regular one after lost poses.
+pub(super) fn without_lost(step: f64, period: f64) -> f64 {
+    let periods = (step / period).round();
+    if periods >= 2.0 && (step / period - periods).abs() < CLEAN {
+        return step - (periods - 1.0) * period;
+    }
+    step
+}
+
+fn median(steps: &[f64]) -> f64 {
+    let mut sorted = steps.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    quantile_sorted(&sorted, 0.5)
+}
