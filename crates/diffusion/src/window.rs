@@ -81,6 +81,8 @@ impl Noise {
 }
 
 fn unit_igso3() -> &'static dose3_lie::igso3::IgSo3 {
+    // Threads of a pool may wait here for the first of them. It computes the table alone, without
+    // the pool, and so cannot be handed one of those that wait.
     static UNIT: std::sync::OnceLock<dose3_lie::igso3::IgSo3> = std::sync::OnceLock::new();
     UNIT.get_or_init(|| dose3_lie::igso3::IgSo3::new(1.0).expect("1 is a valid scale"))
 }

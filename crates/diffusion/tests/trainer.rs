@@ -50,12 +50,9 @@ fn network() -> PairConfig {
     PairConfig::new(8, &[1, 2])
 }
 
-fn models(threads: usize) -> ModelPair {
+fn models() -> ModelPair {
     let p = PairParameters::init(&network(), 0).unwrap();
-    let options = || EngineOptions {
-        threads,
-        ..EngineOptions::default()
-    };
+    let options = EngineOptions::default;
     ModelPair {
         translation: Box::new(Engine::new(&p.translation, options()).unwrap()),
         rotation: Box::new(Engine::new(&p.rotation, options()).unwrap()),
@@ -76,6 +73,12 @@ fn config(steps: usize) -> TrainConfig {
     }
 }
 
+/// What `work` answers on so many threads, be they more than the machine has.
+fn on<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build().unwrap().install(work)
+}
+
 /// Runs to the end, or to the checkpoint at `stop`; answers log, weights and last checkpoint.
 fn run(
     config: TrainConfig,
@@ -83,8 +86,16 @@ fn run(
     resume: Option<&[u8]>,
     stop: Option<usize>,
 ) -> Result<(Vec<LogRow>, PairParameters, Vec<u8>), Error> {
+    on(threads, || run_here(config, resume, stop))
+}
+
+fn run_here(
+    config: TrainConfig,
+    resume: Option<&[u8]>,
+    stop: Option<usize>,
+) -> Result<(Vec<LogRow>, PairParameters, Vec<u8>), Error> {
     let (train, validation) = (Arcs(40), Arcs(7));
-    let mut models = models(threads);
+    let mut models = models();
     let mut trainer = Trainer::new(
         config,
         ProcessConfig {
@@ -209,8 +220,9 @@ fn traces_depend_on_the_window_alone() {
         };
         assert_eq!(config.step_indices(10), [0, 3, 6, 9]);
         let run = |windows: &[Window<'_>], draws, branches, threads| {
-            let mut models = models(threads);
-            trace(&mut models, &process, &config, windows, draws, branches).unwrap()
+            let mut models = models();
+            let trace = || trace(&mut models, &process, &config, windows, draws, branches);
+            on(threads, trace).unwrap()
         };
         let all = run(&windows, 0..3, Branches::Both, 2);
         let translation = run(&windows, 0..3, Branches::Translation, 2);

@@ -67,7 +67,7 @@ impl fmt::Display for Backend {
 pub struct Computing {
     /// Where the networks run.
     pub backend: Backend,
-    /// Threads of the engine; 0 for all cores.
+    /// Most threads of rayon's current pool that the engine uses at once; 0 for all of them.
     pub threads: usize,
 }
 
@@ -81,8 +81,8 @@ impl Computing {
     }
 }
 
-/// Sizes the thread pool that everything beside the engine shares (density fits, Adam, noising):
-/// once, at the start of a program; 0 means all cores. Results do not depend on it.
+/// Sizes rayon's global pool, in which everything is computed that is not called from within
+/// another pool: once, at the start of a program; 0 means all cores. Results do not depend on it.
 ///
 /// # Errors
 /// A pool that is running already.
@@ -97,7 +97,8 @@ pub fn use_threads(threads: usize) -> Result<()> {
 }
 
 impl Backend {
-    /// Puts both networks on this backend; `threads` (0: all cores) is for the engine.
+    /// Puts both networks on this backend; the engine uses at most `threads` (0: all)
+    /// of rayon's current pool.
     ///
     /// # Errors
     /// A backend that this build does not hold, or whose device cannot be had.

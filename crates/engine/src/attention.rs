@@ -8,7 +8,7 @@ use crate::attention_kernels::{
 };
 use crate::forward::{Field, Network, apply};
 use crate::matmul::{Add, Operand, Target, multiply};
-use crate::plan::Attention;
+use crate::ops::Attention;
 use crate::workspace::{AttentionScratch, Workspace, group_size, query_tile};
 
 /// The scores are `10 q . k`, and `exp(s) = 2^(s / ln 2)`: both factors go into the queries.

@@ -5,107 +5,169 @@ use crate::attention_kernels::{
     RowsAt, normalise_rows_backward, pack_rows, pack_transposed, softmax_backward,
     standardise_rows_backward,
 };
-use crate::backward::{Backward, Stopped};
+use crate::backward::Backward;
 use crate::forward::{Field, apply};
+use crate::gradient::MapGradient;
 use crate::matmul::{Add, Operand, Target, multiply, outer};
-use crate::plan::Attention;
+use crate::ops::Attention;
 use crate::workspace::{AttentionScratch, BackwardScratch, Workspace, query_tile};
 
 impl Backward<'_> {
-    /// From the gradient at the output of an attention to those before it.
+    /// A stage of [`Backward::stage`]: before, between and after the gradients of the output
+    /// map and those of the heads.
     pub(crate) fn attention(
         &self,
         attention: &Attention,
+        stage: usize,
         ws: &mut Workspace,
         upstream: &[f32],
-    ) -> Result<(), Stopped> {
+    ) {
+        match stage {
+            // The gradient at the output is all that the output map needs.
+            0 => return,
+            1 => self.through_output(attention, ws, upstream),
+            // Head 0 is the first after the output map.
+            _ => self.through_head(attention, stage - 2, ws),
+        }
+        let next = stage - 1;
+        if next < attention.heads.len() {
+            self.head(attention, next, ws);
+        } else {
+            self.through_normalisation(attention, ws, upstream);
+        }
+    }
+
+    /// The attention's part of [`Backward::add`].
+    pub(crate) fn add_attention(
+        &self,
+        attention: &Attention,
+        number: usize,
+        ws: &mut Workspace,
+        upstream: &[f32],
+        gradient: &mut MapGradient,
+    ) {
         let network = &self.network;
-        let (isa, length, samples) = (network.isa, network.length, self.steps.len());
         let tensor = network.tensor(attention.output);
-        let (rows, channels) = (tensor.rows(length), tensor.channels);
-        let (dim, inner) = (
-            network.plan.config.head_dim,
-            network.plan.config.attention_width(),
-        );
-        let out = network.map(attention.out);
-        let dy = (upstream, network.field(attention.output, 0));
-        let attended = Field::dense(rows, inner, 0);
+        let (rows, channels) = (tensor.rows(network.length), tensor.channels);
         let b = &mut ws.backward;
-        self.add(attention.out, |gradient| {
-            let x = (&ws.attended[attention.index][..], attended);
-            self.weight_gradient(&out.parts[0], samples, rows, x, dy, &mut b.panel, gradient);
-            self.bias_gradient(samples, rows, dy, gradient);
-        })?;
+        if number == 0 {
+            let inner = network.plan.config.attention_width();
+            let x = (
+                &ws.attended[attention.index][..],
+                Field::dense(rows, inner, 0),
+            );
+            let dy = (upstream, network.field(attention.output, 0));
+            let part = &network.map(attention.out).parts[0];
+            self.weight_gradient(part, rows, x, dy, &mut b.panel, gradient);
+            self.bias_gradient(rows, dy, gradient);
+        } else {
+            let x = (
+                &ws.attention.normalised[..],
+                Field::dense(rows, channels, 0),
+            );
+            let dy = (&b.qkv[..], self.qkv(rows));
+            let part = &network.map(attention.heads[number - 1]).parts[0];
+            self.weight_gradient(part, rows, x, dy, &mut b.panel, gradient);
+        }
+    }
+
+    /// Query, key and value of one head.
+    fn qkv(&self, rows: usize) -> Field {
+        Field::dense(rows, 3 * self.network.plan.config.head_dim, 0)
+    }
+
+    /// To the gradient of the heads' outputs; and computes their normalised input again.
+    fn through_output(&self, attention: &Attention, ws: &mut Workspace, upstream: &[f32]) {
+        let network = &self.network;
+        let tensor = network.tensor(attention.output);
+        let (rows, channels) = (tensor.rows(network.length), tensor.channels);
+        let haloed = network.field(attention.output, 0);
+        let attended = Field::dense(rows, network.plan.config.attention_width(), 0);
+        let samples = self.steps.len();
         apply(
-            isa,
+            network.isa,
             network.backward,
-            &out.parts[0].backward,
+            &network.map(attention.out).parts[0].backward,
             samples,
             rows,
-            dy,
+            (upstream, haloed),
             None,
             Add::Nothing,
-            (&mut b.attended, attended),
+            (&mut ws.backward.attended, attended),
         );
-
         let x = &ws.slots[ws.slot_of[attention.input]];
-        let scratch = &mut ws.attention;
         for s in 0..samples {
-            network.normalise(&x[dy.1.range(s, rows)], channels, s, scratch);
+            network.normalise(&x[haloed.range(s, rows)], channels, s, &mut ws.attention);
         }
-        let qkv = Field::dense(rows, 3 * dim, 0);
-        let normalised = Field::dense(rows, channels, 0);
-        for (head, &id) in attention.heads.iter().enumerate() {
-            for s in 0..samples {
-                network.head(id, s, rows, scratch);
-                let at = RowsAt {
-                    start: s * rows * inner + head * dim,
-                    row: inner,
-                };
-                self.head(rows, s, at, scratch, b);
-            }
-            let map = network.map(id);
-            let dy = (&b.qkv[..], qkv);
-            self.add(id, |gradient| {
-                let x = (&scratch.normalised[..], normalised);
-                self.weight_gradient(&map.parts[0], samples, rows, x, dy, &mut b.panel, gradient);
-            })?;
-            let add = if head > 0 { Add::Target } else { Add::Nothing };
-            let to = (&mut b.normalised[..], normalised);
-            let matrices = &map.parts[0].backward;
-            apply(
-                isa,
-                network.backward,
-                matrices,
-                samples,
-                rows,
-                dy,
-                None,
-                add,
-                to,
-            );
-        }
+    }
 
+    /// To the gradients of a head's query, key and value.
+    fn head(&self, attention: &Attention, head: usize, ws: &mut Workspace) {
+        let config = &self.network.plan.config;
+        let (dim, inner) = (config.head_dim, config.attention_width());
+        let rows = self
+            .network
+            .tensor(attention.output)
+            .rows(self.network.length);
+        let scratch = &mut ws.attention;
+        for s in 0..self.steps.len() {
+            self.network.head(attention.heads[head], s, rows, scratch);
+            let at = RowsAt {
+                start: s * rows * inner + head * dim,
+                row: inner,
+            };
+            self.head_sample(rows, s, at, scratch, &mut ws.backward);
+        }
+    }
+
+    /// From there to the gradient of the normalised input, to which every head adds.
+    fn through_head(&self, attention: &Attention, head: usize, ws: &mut Workspace) {
+        let network = &self.network;
+        let tensor = network.tensor(attention.output);
+        let rows = tensor.rows(network.length);
+        let b = &mut ws.backward;
+        let add = if head > 0 { Add::Target } else { Add::Nothing };
+        apply(
+            network.isa,
+            network.backward,
+            &network.map(attention.heads[head]).parts[0].backward,
+            self.steps.len(),
+            rows,
+            (&b.qkv, self.qkv(rows)),
+            None,
+            add,
+            (&mut b.normalised, Field::dense(rows, tensor.channels, 0)),
+        );
+    }
+
+    /// To the gradient at the attention's input, past the heads and through them.
+    fn through_normalisation(&self, attention: &Attention, ws: &mut Workspace, upstream: &[f32]) {
+        let network = &self.network;
+        let tensor = network.tensor(attention.output);
+        let (rows, channels) = (tensor.rows(network.length), tensor.channels);
+        let haloed = network.field(attention.output, 0);
+        let normalised = Field::dense(rows, channels, 0);
+        let b = &mut ws.backward;
+        let scratch = &ws.attention;
         self.pass(attention.input, upstream, &mut b.slots, &mut b.started);
         let dx = &mut b.slots[network.plan.gradients.of[attention.input]];
-        for s in 0..samples {
+        for s in 0..self.steps.len() {
             let range = normalised.range(s, rows);
             standardise_rows_backward(
-                isa,
+                network.isa,
                 &b.normalised[range.clone()],
                 &scratch.normalised[range],
                 &scratch.inverse[s * rows..][..rows],
                 channels,
-                &mut dx[dy.1.range(s, rows)],
+                &mut dx[haloed.range(s, rows)],
             );
         }
-        Ok(())
     }
 
     /// Backward through one head of one sample: from the gradient of the attended values (at
     /// `upstream` in the attended gradient) to that of query, key and value before their
     /// normalisation. Scores are computed again rather than kept.
-    fn head(
+    fn head_sample(
         &self,
         rows: usize,
         s: usize,

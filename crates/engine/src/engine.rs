@@ -1,30 +1,34 @@
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard};
 
 use dose3_model::{
     Input, LossGradient, ModelError, NoiseModel, Parameters, UNetConfig, check_count, check_values,
 };
 
-use crate::backward::Backward;
 use crate::forward::{Chunk, Network};
-use crate::gradient::OrderedGradient;
-use crate::plan::{Op, Plan};
+use crate::gradient::SharedGradient;
+use crate::ops::Op;
+use crate::plan::Plan;
 use crate::simd::{Instructions, Isa};
 use crate::time::TimeTable;
+use crate::training::Training;
 use crate::weights::{Weights, unpack_gradient};
-use crate::workers::{Pieces, Workers};
+use crate::workers::{self, Pieces, Workers};
 use crate::workspace::Workspace;
 
 /// Settings of an [`Engine`]; none of them but `instructions` changes a single bit of its results.
 #[derive(Clone, Debug, Default)]
 pub struct EngineOptions {
-    /// Threads; 0 is one per processor.
+    /// How many threads of rayon's current pool may work at once; 0 for all of them. With 1 the
+    /// engine works on the caller's thread and needs no pool.
     pub threads: usize,
     /// Vector instructions; the widest that the machine has if not given.
     pub instructions: Option<Instructions>,
 }
 
 /// One UNet on the CPU: packed weights, and buffers for every worker.
+///
+/// It has no threads of its own but works in rayon's current pool (`ThreadPool::install` makes
+/// one current; otherwise that is the global pool), which any number of engines may share.
 pub struct Engine {
     plan: Plan,
     isa: Isa,
@@ -34,9 +38,9 @@ pub struct Engine {
     /// Whether the backward matrices belong to `values`.
     backward_ready: bool,
     time: TimeTable,
-    scoring: Vec<Mutex<Workspace>>,
-    training: Vec<Mutex<Workspace>>,
-    gradients: Vec<OrderedGradient>,
+    scoring: Vec<Workspace>,
+    training: Vec<Workspace>,
+    gradients: Vec<SharedGradient>,
     /// Gradient at every sample's scales and shifts.
     time_gradient: Vec<f32>,
 }
@@ -45,8 +49,8 @@ impl Engine {
     /// Builds the network with its parameters.
     ///
     /// # Errors
-    /// A configuration or parameters that are not valid, instructions that this machine does
-    /// not have, or threads that cannot be started.
+    /// A configuration or parameters that are not valid, or instructions that this machine does
+    /// not have.
     pub fn new(parameters: &Parameters, options: EngineOptions) -> Result<Self, ModelError> {
         parameters.config.validate()?;
         let set = options.instructions.unwrap_or_else(Instructions::detect);
@@ -55,18 +59,13 @@ impl Engine {
             reason: "this machine does not have them".to_owned(),
         })?;
         let plan = Plan::new(&parameters.config);
-        let workers = Workers::new(options.threads)?;
-        let workspaces = |training| {
-            let make = |_| Mutex::new(Workspace::new(&plan, training));
-            (0..workers.count()).map(make).collect()
-        };
         let mut engine = Self {
-            scoring: workspaces(false),
-            training: workspaces(true),
+            scoring: Vec::new(),
+            training: Vec::new(),
             weights: Weights::new(&plan),
             plan,
             isa,
-            workers,
+            workers: Workers::new(options.threads),
             values: Vec::new(),
             backward_ready: false,
             time: TimeTable::default(),
@@ -80,11 +79,6 @@ impl Engine {
     /// The vector instructions in use.
     pub fn instructions(&self) -> Instructions {
         self.isa.set()
-    }
-
-    /// Threads in use.
-    pub fn threads(&self) -> usize {
-        self.workers.count()
     }
 
     /// Floating-point operations of the matrix products of a forward pass, per window of
@@ -111,17 +105,31 @@ impl Engine {
             .look_up(self.isa, plan, &self.values, packed, steps);
     }
 
+    /// Takes out the workspaces, of which there are at least `count` then. A panic (of the loss)
+    /// loses them, and the next call begins with new ones.
+    fn workspaces(&mut self, training: bool, count: usize) -> Vec<Workspace> {
+        let kept = match training {
+            true => &mut self.training,
+            false => &mut self.scoring,
+        };
+        let mut workspaces = std::mem::take(kept);
+        while workspaces.len() < count {
+            workspaces.push(Workspace::new(&self.plan, training));
+        }
+        workspaces
+    }
+
     /// Makes ready what only a backward pass needs.
     fn prepare_backward(&mut self, batch: usize) {
         if !self.backward_ready {
             self.weights
-                .pack_backward(&self.workers, self.isa, &self.plan, &self.values);
+                .pack_backward(self.workers, self.isa, &self.plan, &self.values);
             self.backward_ready = true;
         }
         if self.gradients.is_empty() {
-            self.gradients = self.plan.maps.iter().map(OrderedGradient::new).collect();
+            self.gradients = self.plan.maps.iter().map(SharedGradient::new).collect();
         }
-        self.gradients.iter_mut().for_each(OrderedGradient::restart);
+        self.gradients.iter_mut().for_each(SharedGradient::restart);
         self.time_gradient.clear();
         self.time_gradient
             .resize(batch * self.plan.time.columns, 0.0);
@@ -137,7 +145,7 @@ impl Engine {
             isa,
             ..
         } = self;
-        let mut sums: Vec<_> = gradients.iter_mut().map(OrderedGradient::get).collect();
+        let mut sums: Vec<_> = gradients.iter_mut().map(SharedGradient::get).collect();
         // The heads of an attention share a weight, whose gain lies before it.
         let mut tasks = Vec::new();
         let (mut rest, mut at) = (&mut *gradient, 0);
@@ -220,7 +228,7 @@ impl NoiseModel for Engine {
         let copy = |(own, new): (&mut [f32], &[f32])| own.copy_from_slice(new);
         self.workers.for_each(blocks.collect(), copy);
         self.weights
-            .pack_forward(&self.workers, self.isa, &self.plan, &self.values);
+            .pack_forward(self.workers, self.isa, &self.plan, &self.values);
         self.backward_ready = false;
         self.time.clear();
         Ok(())
@@ -235,26 +243,23 @@ impl NoiseModel for Engine {
             .batch
             .div_ceil(2 * self.workers.count())
             .clamp(1, SCORED);
-        let network = self.network(input.length);
         let sample = input.length * self.plan.config.in_channels;
         let size = chunk * input.length * self.plan.config.out_channels;
         let pieces = Pieces::new(input.batch.div_ceil(chunk), [(output, size)]);
-        self.workers.run(&|worker| {
-            let mut ws = self.workspace(worker, false);
+        let count = self.workers.count();
+        let mut workspaces = self.workspaces(false, count);
+        let network = self.network(input.length);
+        workers::run(&mut workspaces[..count], &|ws| {
             while let Some((index, [output])) = pieces.take() {
                 let first = index * chunk;
                 let steps = &self.time.steps()[first..input.batch.min(first + chunk)];
                 ws.size(&self.plan, input.length, chunk);
-                network.forward(
-                    Chunk {
-                        x: &input.x[first * sample..],
-                        steps,
-                    },
-                    &mut ws,
-                );
-                network.copy_output(steps.len(), &ws, output);
+                let x = &input.x[first * sample..];
+                network.forward(Chunk { x, steps }, ws);
+                network.copy_output(steps.len(), ws, output);
             }
         });
+        self.scoring = workspaces;
         Ok(())
     }
 
@@ -270,23 +275,20 @@ impl NoiseModel for Engine {
         self.time.clear();
         self.look_up(input.steps);
         self.prepare_backward(input.batch);
-        let chunk = training_chunk(input.batch);
+        let size = training_chunk(input.batch);
         let mut time_gradient = std::mem::take(&mut self.time_gradient);
-        let network = self.network(input.length);
-        let columns = self.plan.time.columns;
-        let pieces = Pieces::new(
-            input.batch.div_ceil(chunk),
-            [(&mut time_gradient, chunk * columns)],
-        );
-        let stop = AtomicBool::new(false);
-        self.workers.run(&|worker| {
-            let mut ws = self.workspace(worker, true);
-            let guard = StopOnPanic(&stop);
-            while let Some((index, [time])) = pieces.take() {
-                self.chunk(network, (input, loss), (index, chunk), &mut ws, time, &stop);
-            }
-            std::mem::forget(guard);
-        });
+        let count = self.workers.count().min(input.batch.div_ceil(size));
+        let mut workspaces = self.workspaces(true, count);
+        Training::new(
+            self.network(input.length),
+            (input, loss),
+            size,
+            self.time.steps(),
+            &mut time_gradient,
+            &self.gradients,
+        )
+        .run(&mut workspaces[..count]);
+        self.training = workspaces;
         self.time_gradient = time_gradient;
         let packed = &self.weights.backward;
         let samples = &self.time_gradient;
@@ -294,71 +296,5 @@ impl NoiseModel for Engine {
             .backward(self.isa, &self.plan, packed, samples, &mut self.gradients);
         self.collect(gradient);
         Ok(())
-    }
-}
-
-impl Engine {
-    /// A worker's memory; a new one where a panic (of the loss) has left it half done.
-    fn workspace(&self, worker: usize, training: bool) -> MutexGuard<'_, Workspace> {
-        let of = if training {
-            &self.training[worker]
-        } else {
-            &self.scoring[worker]
-        };
-        of.lock().unwrap_or_else(|poisoned| {
-            let mut guard = poisoned.into_inner();
-            *guard = Workspace::new(&self.plan, training);
-            of.clear_poison();
-            guard
-        })
-    }
-
-    /// Forward, loss and backward of one chunk.
-    fn chunk(
-        &self,
-        network: Network<'_>,
-        (input, loss): (Input<'_>, &LossGradient<'_>),
-        (index, chunk): (usize, usize),
-        ws: &mut Workspace,
-        time: &mut [f32],
-        stop: &AtomicBool,
-    ) {
-        let config = &self.plan.config;
-        let first = index * chunk;
-        let steps = &self.time.steps()[first..input.batch.min(first + chunk)];
-        ws.size(&self.plan, input.length, chunk);
-        let sample = input.length * config.in_channels;
-        network.forward(
-            Chunk {
-                x: &input.x[first * sample..],
-                steps,
-            },
-            ws,
-        );
-        let size = steps.len() * input.length * config.out_channels;
-        let mut output = std::mem::take(&mut ws.backward.output);
-        network.copy_output(steps.len(), ws, &mut output);
-        let out = &mut ws.backward.output_gradient[..size];
-        out.fill(0.0);
-        loss(first, &output[..size], out);
-        ws.backward.output = output;
-        let backward = Backward {
-            network,
-            chunk: index,
-            steps,
-            gradients: &self.gradients,
-            stop,
-        };
-        // Stopped only where another worker panics, which `run` passes on.
-        let _ = backward.run(ws, time);
-    }
-}
-
-/// Lets no other worker wait for one that panicked (in the loss, say).
-struct StopOnPanic<'a>(&'a AtomicBool);
-
-impl Drop for StopOnPanic<'_> {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
     }
 }

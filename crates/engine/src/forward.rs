@@ -5,7 +5,8 @@ use crate::group_norm::{self, Affine};
 use crate::linear_map::{Application, LinearMap, Matrix};
 use crate::matmul::{Add, Operand, Target, multiply};
 use crate::norm_kernels::Residual;
-use crate::plan::{Block, NormAt, Op, Plan, Tensor};
+use crate::ops::{Block, NormAt, Op, Tensor};
+use crate::plan::Plan;
 use crate::simd::Isa;
 use crate::workspace::{Workspace, group_size};
 

@@ -1,6 +1,5 @@
-//! Gradients that several chunks add to, always in the order of the chunks.
+//! Gradients that several chunks add to.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::buffer::Buffer;
@@ -27,61 +26,35 @@ impl MapGradient {
     }
 }
 
-/// A [`MapGradient`] that chunk after chunk adds to.
+/// A [`MapGradient`] that chunk after chunk adds to: one sum, however many threads.
 ///
-/// One sum, however many threads: chunk `c` waits until chunk `c - 1` has added its part.
-/// All chunks visit the maps in the same order, so they follow each other like runners one
-/// map apart, and the sum's order of addition never changes.
-pub(crate) struct OrderedGradient {
-    next: AtomicUsize,
+/// [`Turn`](crate::turn::Turn) says whose turn it is, so that nobody ever waits for the lock.
+pub(crate) struct SharedGradient {
     sum: Mutex<MapGradient>,
 }
 
-impl OrderedGradient {
+impl SharedGradient {
     pub(crate) fn new(map: &LinearMap) -> Self {
         Self {
-            next: AtomicUsize::new(0),
             sum: Mutex::new(MapGradient::new(map)),
         }
     }
 
-    /// Forgets the sum: chunk 0 is next and overwrites.
+    /// Forgets the sum of the vectors; chunk 0 overwrites that of the matrices.
     pub(crate) fn restart(&mut self) {
-        *self.next.get_mut() = 0;
         let sum = self.get();
         for vector in [&mut sum.bias, &mut sum.gain, &mut sum.offset] {
             vector.fill(0.0);
         }
     }
 
+    /// The sum, for the chunk whose turn it is.
+    pub(crate) fn lock(&self) -> MutexGuard<'_, MapGradient> {
+        self.sum.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// The finished sum.
     pub(crate) fn get(&mut self) -> &mut MapGradient {
         self.sum.get_mut().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Waits for `chunk`'s turn and adds its part. `None` when another chunk gave up.
-    pub(crate) fn add<T>(
-        &self,
-        chunk: usize,
-        stop: &AtomicBool,
-        part: impl FnOnce(&mut MapGradient) -> T,
-    ) -> Option<T> {
-        let mut waited = 0u32;
-        while self.next.load(Ordering::Acquire) != chunk {
-            if stop.load(Ordering::Relaxed) {
-                return None;
-            }
-            waited += 1;
-            if waited < 256 {
-                std::hint::spin_loop()
-            } else {
-                std::thread::yield_now()
-            }
-        }
-        let mut sum: MutexGuard<'_, _> = self.sum.lock().unwrap_or_else(PoisonError::into_inner);
-        let answer = part(&mut sum);
-        drop(sum);
-        self.next.store(chunk + 1, Ordering::Release);
-        Some(answer)
     }
 }

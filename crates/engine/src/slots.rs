@@ -1,6 +1,6 @@
 //! Which tensors may share a buffer.
 
-use crate::plan::{Op, Tensor};
+use crate::ops::{Op, Tensor};
 
 /// From the first to the last step at which a tensor is needed.
 #[derive(Clone, Copy, Debug)]

@@ -6,7 +6,7 @@ use dose3_model::sinusoidal_into;
 
 use crate::buffer::Buffer;
 use crate::forward::{Field, apply};
-use crate::gradient::OrderedGradient;
+use crate::gradient::SharedGradient;
 use crate::matmul::{Add, PANEL, outer};
 use crate::norm_kernels::add_column_sums;
 use crate::plan::Plan;
@@ -156,7 +156,7 @@ impl TimeTable {
         plan: &Plan,
         packed: &[f32],
         samples: &[f32],
-        gradients: &mut [OrderedGradient],
+        gradients: &mut [SharedGradient],
     ) {
         let (rows, time, columns) = (
             self.row_of.len(),

@@ -30,13 +30,7 @@ impl Weights {
     }
 
     /// Packs the matrices of the forward pass.
-    pub(crate) fn pack_forward(
-        &mut self,
-        workers: &Workers,
-        isa: Isa,
-        plan: &Plan,
-        values: &[f32],
-    ) {
+    pub(crate) fn pack_forward(&mut self, workers: Workers, isa: Isa, plan: &Plan, values: &[f32]) {
         let first = |part: &Part| part.forward[0].offset;
         let tasks = by_map(&plan.maps, first, &mut self.forward);
         workers.for_each(tasks, |(map, base, packed)| {
@@ -47,7 +41,7 @@ impl Weights {
     /// Packs the matrices of the backward pass.
     pub(crate) fn pack_backward(
         &mut self,
-        workers: &Workers,
+        workers: Workers,
         isa: Isa,
         plan: &Plan,
         values: &[f32],

@@ -1,93 +1,59 @@
-//! A fixed number of workers that take chunks in order.
+//! Work that is shared among the threads of rayon's current pool.
+//!
+//! Tasks here never wait for each other: in a pool that steals work, the task waited for may
+//! lie suspended below the one that waits, on the same stack.
 
-use std::cell::Cell;
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
-use dose3_model::ModelError;
-use rayon::prelude::*;
-
-/// The threads of one engine.
+/// How many threads may work at once.
+#[derive(Clone, Copy)]
 pub(crate) struct Workers {
-    /// None for one thread, which is the caller's.
-    pool: Option<rayon::ThreadPool>,
-    count: usize,
+    /// 0 for all of the current pool.
+    most: usize,
 }
 
 impl Workers {
-    /// `threads` of them; 0 is one per processor.
-    pub(crate) fn new(threads: usize) -> Result<Self, ModelError> {
-        let count = match threads {
-            0 => std::thread::available_parallelism().map_or(1, usize::from),
-            n => n,
-        };
-        let pool = match count {
-            1 => None,
-            _ => {
-                let pool = rayon::ThreadPoolBuilder::new()
-                    .num_threads(count)
-                    .thread_name(|i| format!("dose3-engine-{i}"))
-                    .build();
-                Some(pool.map_err(|e| ModelError::Compute(format!("cannot start threads: {e}")))?)
+    /// `most` of the current pool's threads; 0 for all of them.
+    pub(crate) fn new(most: usize) -> Self {
+        Self { most }
+    }
+
+    /// Threads of the pool that is current now. One does without a pool.
+    pub(crate) fn count(self) -> usize {
+        match self.most {
+            1 => 1,
+            0 => rayon::current_num_threads(),
+            most => most.min(rayon::current_num_threads()),
+        }
+    }
+
+    /// Works through independent items, in order, one at a time: they differ much in size.
+    pub(crate) fn for_each<T: Send>(self, items: Vec<T>, work: impl Fn(T) + Sync + Send) {
+        let mut workers = vec![(); self.count().min(items.len())];
+        let items = Mutex::new(items.into_iter());
+        // Locked to take an item, not while it is worked on.
+        let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
+        run(&mut workers, &|()| {
+            while let Some(item) = next() {
+                work(item);
             }
-        };
-        Ok(Self { pool, count })
+        });
     }
+}
 
-    pub(crate) fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Calls `work` once per worker (or fewer times); each call knows its number.
-    ///
-    /// The calls may run one after the other, so none may wait for a later one.
-    pub(crate) fn run(&self, work: &(dyn Fn(usize) + Sync)) {
-        match &self.pool {
-            None => work(0),
-            Some(pool) => pool.install(|| split(0, self.count, work)),
+/// Calls `work` once with each worker's own memory. Allocates nothing.
+///
+/// The calls may run one after the other, so none may wait for another.
+pub(crate) fn run<M: Send>(workers: &mut [M], work: &(dyn Fn(&mut M) + Sync)) {
+    match workers {
+        [] => {}
+        [one] => work(one),
+        more => {
+            let (left, right) = more.split_at_mut(more.len() / 2);
+            rayon::join(|| run(left, work), || run(right, work));
         }
-    }
-}
-
-impl Workers {
-    /// Works through independent items.
-    pub(crate) fn for_each<T: Send>(&self, items: Vec<T>, work: impl Fn(T) + Sync + Send) {
-        match &self.pool {
-            None => items.into_iter().for_each(work),
-            // One at a time: they differ much in size.
-            Some(pool) => pool.install(|| {
-                items.into_par_iter().with_max_len(1).for_each(work);
-            }),
-        }
-    }
-}
-
-thread_local! {
-    /// Whether this thread of a pool is working already.
-    static WORKING: Cell<bool> = const { Cell::new(false) };
-}
-
-/// Halves the workers until one is left: joins allocate nothing.
-fn split(first: usize, end: usize, work: &(dyn Fn(usize) + Sync)) {
-    if end - first == 1 {
-        // A loss that uses rayon itself may be handed another worker's call while it waits.
-        // That call would wait for the chunk it interrupts; the others do its work.
-        if !WORKING.replace(true) {
-            let _done = Done;
-            work(first);
-        }
-        return;
-    }
-    let middle = first + (end - first) / 2;
-    rayon::join(|| split(first, middle, work), || split(middle, end, work));
-}
-
-/// Ends a thread's work, even by a panic.
-struct Done;
-
-impl Drop for Done {
-    fn drop(&mut self) {
-        WORKING.set(false);
     }
 }
 

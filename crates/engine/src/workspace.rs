@@ -3,7 +3,8 @@
 use crate::buffer::Buffer;
 use crate::group_norm;
 use crate::matmul::{PANEL, packed_len};
-use crate::plan::{Op, Plan};
+use crate::ops::Op;
+use crate::plan::Plan;
 use crate::slots::Slots;
 
 /// Queries whose scores are held at once: about this many numbers.

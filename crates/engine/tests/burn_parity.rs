@@ -10,7 +10,7 @@ use support::{Batch, engine, parameters};
 
 fn both(parameters: &Parameters) -> (Engine, BurnModel) {
     let burn = BurnModel::new(parameters, Backend::Flex).expect("flex");
-    (engine(parameters, 2), burn)
+    (engine(parameters), burn)
 }
 
 /// The largest difference relative to the largest magnitude, which counts as at least `floor`.

@@ -1,12 +1,11 @@
 //! What may not change a result: threads, the rest of the batch, what was computed before.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
+use dose3_engine::{Engine, EngineOptions};
 use dose3_model::{Input, ModelError, NoiseModel, UNetConfig};
 
 mod support;
 
-use support::{Batch, engine, every_instruction_set, parameters, relative_error};
+use support::{Batch, engine, every_instruction_set, parameters, pool, relative_error};
 
 fn bits(values: &[f32]) -> Vec<u32> {
     values.iter().map(|value| value.to_bits()).collect()
@@ -18,37 +17,40 @@ fn any_number_of_threads_gives_the_same_bytes() {
     let parameters = parameters(&config, 3);
     for batch in [1, 5, 32, 67] {
         let batch = Batch::new(&config, batch, 48, 4);
-        let mut one = engine(&parameters, 1);
-        let (output, gradient) = (batch.output(&mut one), batch.gradient(&mut one));
+        let (output, gradient) = pool(1).install(|| {
+            let mut one = engine(&parameters);
+            (batch.output(&mut one), batch.gradient(&mut one))
+        });
         assert!(
             output
                 .iter()
                 .chain(&gradient)
                 .all(|value| value.is_finite())
         );
-        for threads in [2, 3, 8] {
-            let mut many = engine(&parameters, threads);
+        let mut many = engine(&parameters);
+        for threads in [2, 3, 8, 1] {
             // Twice: what the first call leaves behind must not show in the second.
             for _ in 0..2 {
-                assert_eq!(
-                    bits(&batch.output(&mut many)),
-                    bits(&output),
-                    "{threads} threads"
-                );
-                assert_eq!(
-                    bits(&batch.gradient(&mut many)),
-                    bits(&gradient),
-                    "{threads} threads"
-                );
+                let (found, slope) =
+                    pool(threads).install(|| (batch.output(&mut many), batch.gradient(&mut many)));
+                assert_eq!(bits(&found), bits(&output), "{threads} threads");
+                assert_eq!(bits(&slope), bits(&gradient), "{threads} threads");
             }
         }
+        let options = EngineOptions {
+            threads: 2,
+            ..EngineOptions::default()
+        };
+        let mut two = Engine::new(&parameters, options).expect("an engine");
+        let slope = pool(4).install(|| batch.gradient(&mut two));
+        assert_eq!(bits(&slope), bits(&gradient), "2 of 4 threads");
     }
 }
 
 #[test]
 fn a_windows_output_does_not_depend_on_its_batch() {
     let config = UNetConfig::new(9, 3, 8, &[1, 2, 4]);
-    let mut engine = engine(&parameters(&config, 5), 2);
+    let mut engine = engine(&parameters(&config, 5));
     let batch = Batch::new(&config, 37, 64, 6);
     let together = batch.output(&mut engine);
     let (inputs, outputs) = (64 * 9, 64 * 3);
@@ -74,7 +76,7 @@ fn a_windows_output_does_not_depend_on_its_batch() {
 fn other_lengths_and_parameters_in_between_leave_no_trace() {
     let config = UNetConfig::new(3, 3, 8, &[1, 2]);
     let parameters = parameters(&config, 7);
-    let mut engine = engine(&parameters, 1);
+    let mut engine = engine(&parameters);
     let short = Batch::new(&config, 9, 32, 8);
     let expected = (short.output(&mut engine), short.gradient(&mut engine));
     let long = Batch::new(&config, 20, 256, 9);
@@ -117,55 +119,10 @@ fn instruction_sets_agree_on_sizes_that_fill_no_vector() {
 }
 
 #[test]
-fn a_panic_in_the_loss_reaches_the_caller() {
-    let config = UNetConfig::new(3, 3, 8, &[1]);
-    let parameters = parameters(&config, 12);
-    let batch = Batch::new(&config, 32, 16, 13);
-    for threads in [1, 4] {
-        let mut engine = engine(&parameters, threads);
-        let mut gradient = vec![0.0; parameters.values.len()];
-        let loss = |first: usize, _: &[f32], _: &mut [f32]| assert!(first < 8, "refused");
-        let call = || engine.forward_backward(batch.input(), &loss, &mut gradient);
-        assert!(catch_unwind(AssertUnwindSafe(call)).is_err());
-        // And the engine still works.
-        assert!(
-            batch
-                .gradient(&mut engine)
-                .iter()
-                .all(|value| value.is_finite())
-        );
-    }
-}
-
-#[test]
-fn a_loss_may_use_the_thread_pool_itself() {
-    use rayon::prelude::*;
-    let config = UNetConfig::new(3, 3, 8, &[1]);
-    let parameters = parameters(&config, 16);
-    let batch = Batch::new(&config, 64, 16, 17);
-    let expected = batch.gradient(&mut engine(&parameters, 1));
-    let plain = batch.loss();
-    let loss = |first: usize, output: &[f32], gradient: &mut [f32]| {
-        // Waiting for its own tasks, a thread takes whatever else the pool has.
-        (0..8)
-            .into_par_iter()
-            .for_each(|_| std::thread::sleep(std::time::Duration::from_micros(200)));
-        plain(first, output, gradient);
-    };
-    let mut many = engine(&parameters, 4);
-    for _ in 0..5 {
-        let mut gradient = vec![0.0; parameters.values.len()];
-        many.forward_backward(batch.input(), &loss, &mut gradient)
-            .expect("backward");
-        assert_eq!(bits(&gradient), bits(&expected));
-    }
-}
-
-#[test]
 fn what_does_not_fit_is_refused() {
     let config = UNetConfig::new(3, 3, 8, &[1, 2]);
     let parameters = parameters(&config, 14);
-    let mut engine = engine(&parameters, 1);
+    let mut engine = engine(&parameters);
     let odd = Batch::new(&config, 2, 33, 15);
     let mut output = vec![0.0; odd.upstream.len()];
     let refused = engine.forward(odd.input(), &mut output);

@@ -26,7 +26,7 @@ fn every_tensors_gradient_predicts_the_loss() {
         ..UNetConfig::new(3, 3, 8, &[1, 2])
     };
     let parameters = parameters(&config, 1);
-    let mut engine = engine(&parameters, 1);
+    let mut engine = engine(&parameters);
     let batch = Batch::new(&config, 3, 32, 2);
     let gradient = batch.gradient(&mut engine);
     for spec in config.layout().entries() {

@@ -483,6 +483,7 @@ fn update(
             .enumerate()
             .map(|(i, (out, grad))| loss(first + i, out, grad))
             .collect();
+        // Held for a copy only: no thread that holds it can be made to wait.
         if let Ok(mut losses) = losses.lock() {
             losses[first..first + chunk.len()].copy_from_slice(&chunk);
         }

@@ -81,12 +81,15 @@ pub fn parameters(config: &UNetConfig, seed: u64) -> Parameters {
     parameters
 }
 
-pub fn engine(parameters: &Parameters, threads: usize) -> Engine {
-    let options = EngineOptions {
-        threads,
-        ..EngineOptions::default()
-    };
-    Engine::new(parameters, options).expect("an engine")
+/// An engine that uses all of the pool that is current when it is called.
+pub fn engine(parameters: &Parameters) -> Engine {
+    Engine::new(parameters, EngineOptions::default()).expect("an engine")
+}
+
+/// A pool of `threads`, be they more than the machine has.
+pub fn pool(threads: usize) -> rayon::ThreadPool {
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    builder.build().expect("a thread pool")
 }
 
 /// One engine per instruction set of this machine, on one thread.
