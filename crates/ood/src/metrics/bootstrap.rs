@@ -143,8 +143,8 @@ pub fn estimate_all(
                     } else {
                         &id_counts
                     };
-                    let weight = counts[log];
-                    (weight > 0.0).then_some(Entry { weight, ..entry })
+                    let count = counts[log];
+                    (count > 0).then_some(Entry { count, ..entry })
                 });
                 let curve = Curve::new(weighted);
                 metrics.iter().map(|m| m.of_curve(&curve)).collect()
@@ -186,10 +186,10 @@ fn dense(what: &'static str, side: Grouped<'_>) -> Result<(usize, Vec<usize>), E
 }
 
 /// How often each log is drawn; a single log is left as it is.
-fn draw(rng: &mut ChaCha8Rng, logs: usize) -> Vec<f64> {
-    let mut counts = vec![0.0; logs];
+fn draw(rng: &mut ChaCha8Rng, logs: usize) -> Vec<u64> {
+    let mut counts = vec![0; logs];
     for _ in 0..logs {
-        counts[rng.random_range(0..logs)] += 1.0;
+        counts[rng.random_range(0..logs)] += 1;
     }
     counts
 }

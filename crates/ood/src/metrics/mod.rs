@@ -13,7 +13,8 @@ use crate::score::Score;
 use curve::{Curve, Entry};
 use serde::{Deserialize, Serialize};
 
-/// A number that compares two lists of scores.
+/// A number in [0, 1] that compares two lists of scores. The ends are exact: perfectly separated
+/// lists have an [`auroc`] of 1, not of 1 less a rounding error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Metric {
@@ -45,7 +46,7 @@ impl Metric {
             Metric::Auroc => curve.auroc(),
             Metric::AuprIn => curve.aupr_in(),
             Metric::AuprOut => curve.aupr_out(),
-            Metric::FprAt95Tpr => curve.fpr_at_tpr(0.95),
+            Metric::FprAt95Tpr => curve.fpr_at_tpr(95),
             Metric::DetectionAt(threshold) => curve.beyond(threshold).1,
             Metric::FalseAlarmAt(threshold) => curve.beyond(threshold).0,
         }
