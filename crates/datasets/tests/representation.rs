@@ -7,6 +7,11 @@ use dose3_datasets::{
 use dose3_lie::{Pose, Rotation, Vector, so3};
 use proptest::prelude::*;
 
+#[path = "../../../tests/property_cases.rs"]
+mod property_cases;
+
+use property_cases::cases;
+
 fn window(log: &Trajectory) -> &[Pose] {
     &log.poses[40..169]
 }
@@ -46,7 +51,7 @@ fn rotation(tensor: &WindowTensor, index: usize) -> Rotation {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(cases(64))]
 
     #[test]
     fn paper_ignores_where_the_world_begins(shift in prop::array::uniform3(-6e6..6e6_f64)) {

@@ -1,11 +1,14 @@
 //! What is written is read back; what is damaged at random never panics and never gives NaN.
 
 mod common;
+#[path = "../../../tests/property_cases.rs"]
+mod property_cases;
 
 use std::fs;
 
 use dose3_datasets::{Format, Frame, LoadOptions, Trajectory, detect, load, write};
 use dose3_lie::{Pose, Vector, so3};
+use property_cases::cases;
 use proptest::prelude::*;
 
 /// Logs with any rotation, coordinates up to UTM size, and steps of 1 ms to 100 ms.
@@ -65,7 +68,7 @@ fn difference(a: &[Pose], b: &[Pose]) -> (f64, f64) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(cases(48))]
 
     #[test]
     fn kitti(log in logs()) {
@@ -187,7 +190,7 @@ fn never_panics(bytes: &[u8]) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(256))]
+    #![proptest_config(cases(256))]
 
     #[test]
     fn random_bytes(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {

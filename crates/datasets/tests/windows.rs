@@ -1,6 +1,8 @@
 //! Windows, stretches, resampling and splits.
 
 mod common;
+#[path = "../../../tests/property_cases.rs"]
+mod property_cases;
 
 use std::collections::HashSet;
 
@@ -10,6 +12,7 @@ use dose3_datasets::{
     leave_one_out, load, resample, split_by_log, stretches, windows,
 };
 use dose3_lie::{Pose, so3};
+use property_cases::cases;
 use proptest::prelude::*;
 
 /// A log whose steps are so many milliseconds each.
@@ -55,7 +58,18 @@ fn fast_logs_may_miss_half_a_second() {
     assert_eq!(stretches(&log_with_steps(&steps), None).len(), 2);
 }
 
+#[test]
+fn a_gap_after_the_first_pose_leaves_two_stretches_of_one() {
+    let mut log = log_with_steps(&[5_000]);
+    log.max_gap = Some(1.0);
+    let logs = [log];
+    assert_eq!(windows(&logs, 2, 1), []);
+    assert_eq!(windows(&logs, 1, 1).len(), 2);
+}
+
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn windows_lie_within_one_stretch_and_start_at_the_stride(
         steps in prop::collection::vec(prop_oneof![9 => 90..110_i64, 1 => 5_000..6_000_i64], 1..200),

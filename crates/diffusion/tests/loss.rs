@@ -6,6 +6,11 @@ use dose3_lie::{Rotation, Vector, so3};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
+#[path = "../../../tests/property_cases.rs"]
+mod property_cases;
+
+use property_cases::cases;
+
 /// Estimate in, gradient to fill.
 type BranchLoss<'a> = dyn Fn(&[f32], &mut [f32]) -> dose3_diffusion::SampleLoss + 'a;
 
@@ -23,6 +28,8 @@ fn numeric(f: impl Fn(&Vector) -> f64, at: &Vector) -> Vector {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn geodesic_gradient_is_the_numeric_one(a in vector(4.0), b in vector(4.0)) {
         let (value, gradient) = geodesic_loss(&a, &b);

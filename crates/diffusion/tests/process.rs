@@ -9,6 +9,11 @@ use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+#[path = "../../../tests/property_cases.rs"]
+mod property_cases;
+
+use property_cases::cases;
+
 const LENGTH: usize = 16;
 
 fn rotation_slice(rotations: &[Rotation]) -> Vec<f32> {
@@ -49,7 +54,7 @@ fn rotations(state: &State) -> Vec<Rotation> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(32))]
+    #![proptest_config(cases(32))]
 
     /// Group product: the true noise gives back every clean window at every step, up to f32
     /// rounding magnified by `1 / sqrt(alpha_bar)`.

@@ -3,15 +3,11 @@
 use dose3_lie::project::orthogonality_error;
 use dose3_lie::{Matrix, ProjectionError, Rotation, Vector, so3};
 use proptest::prelude::*;
-use proptest::test_runner::{Config, RngSeed};
 
-fn config() -> Config {
-    Config {
-        rng_seed: RngSeed::Fixed(11),
-        failure_persistence: None,
-        ..Config::default()
-    }
-}
+#[path = "../../../tests/property_cases.rs"]
+mod property_cases;
+
+use property_cases::cases;
 
 fn rotation() -> impl Strategy<Value = Rotation> {
     prop::array::uniform3(-3.0..3.0).prop_map(|v| so3::exp(&Vector::from(v)))
@@ -25,7 +21,7 @@ fn disturbance() -> impl Strategy<Value = Matrix> {
 /// A rotation R is nearest to M exactly if R^T M is symmetric and positive definite.
 #[test]
 fn the_nearest_rotation() {
-    proptest!(config(), |(truth in rotation(), disturbance in disturbance(), exponent in -12.0..-0.8)| {
+    proptest!(cases(256), |(truth in rotation(), disturbance in disturbance(), exponent in -12.0..-0.8)| {
         let matrix = truth.matrix() + disturbance * 10_f64.powf(exponent);
         let projected = so3::project(&matrix, f64::INFINITY).unwrap();
         let rotation = projected.rotation.matrix();
@@ -44,7 +40,7 @@ fn the_nearest_rotation() {
 
 #[test]
 fn a_rotation_stays_and_projecting_twice_changes_nothing() {
-    proptest!(config(), |(truth in rotation(), disturbance in disturbance())| {
+    proptest!(cases(256), |(truth in rotation(), disturbance in disturbance())| {
         let same = so3::project(truth.matrix(), 1e-12).unwrap();
         prop_assert!((same.rotation.matrix() - truth.matrix()).amax() < 1e-15);
         prop_assert!(same.error < 4e-15);
@@ -57,7 +53,7 @@ fn a_rotation_stays_and_projecting_twice_changes_nothing() {
 
 #[test]
 fn tolerance_bounds_the_reported_error() {
-    proptest!(config(), |(truth in rotation(), disturbance in disturbance(), exponent in -12.0..-0.8)| {
+    proptest!(cases(256), |(truth in rotation(), disturbance in disturbance(), exponent in -12.0..-0.8)| {
         let matrix = truth.matrix() + disturbance * 10_f64.powf(exponent);
         let error = (matrix.transpose() * matrix - Matrix::identity()).amax();
         let accepted = so3::project(&matrix, error * 1.001 + 1e-15).unwrap();

@@ -7,6 +7,11 @@ use proptest::prelude::*;
 use safetensors::tensor::{Dtype, TensorView};
 use safetensors::{SafeTensors, serialize};
 
+#[path = "../../../tests/property_cases.rs"]
+mod property_cases;
+
+use property_cases::cases;
+
 fn pair() -> PairParameters {
     let small = |channels| UNetConfig {
         heads: 1,
@@ -221,8 +226,7 @@ fn a_wrong_configuration_is_refused() {
 }
 
 proptest! {
-    // No regression files: the cases are pure functions of three numbers.
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(cases(64))]
 
     #[test]
     fn a_file_cut_short_is_an_error(share in 0.0..1.0) {

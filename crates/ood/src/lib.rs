@@ -13,6 +13,10 @@ pub mod statistics;
 pub mod timing;
 mod verdict;
 
+#[cfg(test)]
+#[path = "../../../tests/property_cases.rs"]
+mod property_cases;
+
 pub use calibration::{Combination, Reference, SharePrediction, cross_fit};
 pub use density::{Density, DensityConfig, DensityModel};
 pub use detector::{DetectorConfig, DetectorStatistics, LogVerdict};

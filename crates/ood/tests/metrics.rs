@@ -1,11 +1,16 @@
 //! Metrics: hand-computed cases, properties, intervals.
 
 use dose3_ood::metrics::{
-    Bootstrap, Grouped, Metric, aupr_in, aupr_out, auroc, detection_rate, estimate, estimate_all,
-    fpr_at_95tpr, roc,
+    Bootstrap, Grouped, Interval, Metric, aupr_in, aupr_out, auroc, detection_rate, estimate,
+    estimate_all, fpr_at_95tpr, roc,
 };
 use dose3_ood::{Error, Score};
 use proptest::prelude::*;
+
+#[path = "../../../tests/property_cases.rs"]
+mod property_cases;
+
+use property_cases::cases;
 
 fn scores(values: &[f64]) -> Vec<Score> {
     values.iter().map(|&v| Score::new(v)).collect()
@@ -172,15 +177,9 @@ fn intervals_repeat_for_a_seed_and_any_number_of_threads() {
             seed,
             ..Bootstrap::default()
         };
-        let metrics = [
-            Metric::Auroc,
-            Metric::AuprIn,
-            Metric::AuprOut,
-            Metric::FprAt95Tpr,
-        ];
         pool.install(|| {
             estimate_all(
-                &metrics,
+                &RANKED,
                 grouped(&id, &id_logs),
                 grouped(&ood, &ood_logs),
                 bootstrap,
@@ -225,7 +224,30 @@ fn some_scores() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec((-8_i32..8).prop_map(|v| f64::from(v) * 0.5), 1..40)
 }
 
+const RANKED: [Metric; 4] = [
+    Metric::Auroc,
+    Metric::AuprIn,
+    Metric::AuprOut,
+    Metric::FprAt95Tpr,
+];
+
+/// Precision 1 times shares that add up to a little more than 1 when each is rounded.
+#[test]
+fn one_score_against_many_ties_stays_within_its_range() {
+    let counts = [4, 4, 2, 3, 1, 1, 2, 5, 2, 1, 3, 1, 7];
+    let levels = (0..).map(f64::from).zip(counts);
+    let many: Vec<f64> = levels.flat_map(|(level, n)| vec![-level; n]).collect();
+    let (one, many) = (scores(&[-13.0]), scores(&many));
+    assert_eq!((one.len(), many.len()), (1, 36));
+    let found = RANKED.map(|m| m.of(&one, &many).unwrap());
+    assert_eq!(found, [1.0, 1.0, 1.0, 0.0]);
+    let ten = scores(&[4.0, 4.0, 3.0, 3.0, 3.0, 3.0, 2.0, 2.0, 2.0, 1.0]);
+    assert_eq!(aupr_out(&scores(&[0.0]), &ten).unwrap(), 1.0);
+}
+
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn auroc_is_that_of_all_pairs(a in some_scores(), b in some_scores()) {
         let mut won = 0.0;
@@ -248,11 +270,36 @@ proptest! {
     #[test]
     fn ranks_alone_decide(a in some_scores(), b in some_scores()) {
         let map = |v: &[f64]| scores(&v.iter().map(|x| (1.3 * x).exp() - 5.0).collect::<Vec<_>>());
-        for metric in [Metric::Auroc, Metric::AuprIn, Metric::AuprOut, Metric::FprAt95Tpr] {
+        for metric in RANKED {
             let plain = metric.of(&scores(&a), &scores(&b)).unwrap();
             let mapped = metric.of(&map(&a), &map(&b)).unwrap();
             prop_assert!((plain - mapped).abs() < 1e-12);
             prop_assert!((0.0..=1.0).contains(&plain));
+        }
+    }
+
+    #[test]
+    fn the_ends_are_exact(a in some_scores(), b in some_scores()) {
+        let beyond: Vec<f64> = b.iter().map(|v| v + 8.0).collect();
+        let (low, high) = (scores(&a), scores(&beyond));
+        let of = |id: &[Score], ood: &[Score]| RANKED.map(|m| m.of(id, ood).unwrap());
+        prop_assert_eq!(of(&low, &high), [1.0, 1.0, 1.0, 0.0]);
+        let [auroc, _, _, fpr] = of(&high, &low);
+        prop_assert_eq!([auroc, fpr], [0.0, 1.0]);
+    }
+
+    #[test]
+    fn intervals_stay_within_the_range(a in some_scores(), b in some_scores(), seed in 0_u64..99) {
+        let logs = |n: usize| (0..n).map(|i| i / 3).collect::<Vec<_>>();
+        let (id, ood) = (scores(&a), scores(&b));
+        let bootstrap = Bootstrap { resamples: 20, seed, ..Bootstrap::default() };
+        let (id_logs, ood_logs) = (logs(a.len()), logs(b.len()));
+        let (id, ood) = (grouped(&id, &id_logs), grouped(&ood, &ood_logs));
+        for found in estimate_all(&RANKED, id, ood, bootstrap).unwrap() {
+            prop_assert!((0.0..=1.0).contains(&found.value));
+            if let Some(Interval { lower, upper }) = found.interval {
+                prop_assert!(0.0 <= lower && lower <= upper && upper <= 1.0);
+            }
         }
     }
 

@@ -7,6 +7,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::HashSet;
 
+#[path = "../../../tests/property_cases.rs"]
+mod property_cases;
+
+use property_cases::cases;
+
 const STEPS: usize = 12;
 const LENGTH: usize = 16;
 
@@ -312,6 +317,8 @@ fn unions_round_trip_and_repetitions_are_refused() {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     /// Odd moments change their sign with the estimate, even ones and errors do not.
     #[test]
     fn signs(seed in 0_u64..1000) {

@@ -6,7 +6,9 @@ use std::fmt::Debug;
 use dose3_lie::{Pose, Rotation, Twist, Vector, se3, so3};
 use nalgebra::Matrix4;
 use proptest::prelude::*;
-use proptest::test_runner::{Config, RngSeed};
+use proptest::test_runner::Config;
+
+use crate::property_cases::cases;
 
 /// A matrix Lie group with a rotation in every element.
 pub trait Group {
@@ -198,12 +200,7 @@ pub fn element<G: Group>() -> impl Strategy<Value = G::Element> {
     tangent::<G>(0.0..PI).prop_map(|tangent| G::exp(&tangent))
 }
 
-/// Every run tries the same cases.
+/// The settings of every property.
 pub fn config() -> Config {
-    Config {
-        cases: 512,
-        rng_seed: RngSeed::Fixed(20_240_705),
-        failure_persistence: None,
-        ..Config::default()
-    }
+    cases(512)
 }

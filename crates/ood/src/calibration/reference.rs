@@ -211,6 +211,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::property_cases::cases(256))]
+
         #[test]
         fn threshold_and_p_value_agree(
             values in prop::collection::vec(-5_i32..5, 1..60),
