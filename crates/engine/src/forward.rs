@@ -109,6 +109,10 @@ impl Field {
 }
 
 /// Applies packed matrices to samples of `rows` output rows.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "a product: two operands, a result, and their sizes"
+)]
 pub(crate) fn apply(
     isa: Isa,
     packed: &[f32],

@@ -115,6 +115,10 @@ pub(crate) struct Gradients<'a> {
 
 /// From the gradient at the output of [`forward`] (without its residual) to the gradient at
 /// `x`. `du` is room for `[rows, channels]` and may not overlap the rest.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "a normalisation: what it is given, what it left, and what it answers"
+)]
 pub(crate) fn backward(
     isa: Isa,
     affine: &Affine<'_>,

@@ -1,11 +1,13 @@
 #![doc = include_str!("../README.md")]
-// Products have two operands, a result and their sizes.
-#![allow(clippy::too_many_arguments)]
 
 mod adam;
 mod adam_kernel;
 mod attention;
 mod attention_backward;
+#[allow(
+    clippy::too_many_arguments,
+    reason = "two operands, a result, and their sizes"
+)]
 mod attention_kernels;
 mod backward;
 mod block_backward;
@@ -16,7 +18,15 @@ mod gradient;
 mod group_norm;
 mod linear_map;
 mod math;
+#[allow(
+    clippy::too_many_arguments,
+    reason = "two operands, a result, and their sizes"
+)]
 mod matmul;
+#[allow(
+    clippy::too_many_arguments,
+    reason = "two operands, a result, and their sizes"
+)]
 mod norm_kernels;
 mod ops;
 mod plan;
