@@ -69,9 +69,16 @@ pub fn special_angles_conjugated<G: Group>() {
 pub fn exactly_pi<G: Group>() {
     let check = |half_turn: &G::Element| {
         let log = G::log(half_turn);
-        assert!((G::phi(&log).norm() - PI).abs() < 1e-15, "{log:?}");
+        // Rounding of a matrix's entries moves its angle by a few times as much.
+        assert!((G::phi(&log).norm() - PI).abs() < 5e-15, "{log:?}");
         assert!(gap::<G>(&G::exp(&log), half_turn) < 5e-14, "{log:?}");
     };
+    // An axis about which the angle comes out three roundings short.
+    let oblique = Vector::new(-2.5140669763882078, 1.725392415434648, 0.7563680665418104);
+    check(&G::exp(&G::tangent(
+        Vector::zeros(),
+        oblique.normalize() * PI,
+    )));
     for axis in signed_axes() {
         check(&G::exp(&G::tangent(Vector::new(0.3, -0.7, 0.2), axis * PI)));
     }
