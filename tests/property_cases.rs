@@ -9,8 +9,11 @@ pub fn cases(count: u32) -> Config {
         let times: Result<u32, _> = text.parse();
         times.unwrap_or_else(|_| panic!("DOSE3_MORE_CASES: {text:?} is not a number"))
     });
+    let cases = count.saturating_mul(more.unwrap_or(1));
     Config {
-        cases: count.saturating_mul(more.unwrap_or(1)),
+        cases,
+        // Cases outside of a property's domain, which are not counted.
+        max_global_rejects: cases.saturating_mul(4),
         rng_seed: match more {
             Some(_) => RngSeed::Random,
             None => RngSeed::Fixed(20_240_705),
