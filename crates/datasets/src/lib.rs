@@ -39,4 +39,4 @@ pub use source::{RowKind, Source, StampUnit};
 pub use split::{Split, folds, leave_one_out, split_by_log};
 pub use stretch::stretches;
 pub use trajectory::Trajectory;
-pub use window::{Window, windows, windows_of_each};
+pub use window::{Window, stretch_numbers, windows, windows_of_each};

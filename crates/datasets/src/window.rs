@@ -61,6 +61,30 @@ pub fn windows(trajectories: &[Trajectory], length: usize, stride: usize) -> Vec
     cut
 }
 
+/// For each of `windows`, cut `stride` apart, the number of the gap-free stretch of its log that it lies in.
+///
+/// ```
+/// use dose3_datasets::{Window, stretch_numbers};
+///
+/// let at = |trajectory, start| Window { trajectory, start, length: 128 };
+/// let cut = [at(0, 0), at(0, 64), at(0, 300), at(1, 364)];
+/// assert_eq!(stretch_numbers(&cut, 64), [0, 0, 1, 0]);
+/// ```
+pub fn stretch_numbers(windows: &[Window], stride: usize) -> Vec<usize> {
+    let mut numbers = Vec::with_capacity(windows.len());
+    let mut number = 0;
+    for (i, window) in windows.iter().enumerate() {
+        let before = i.checked_sub(1).map(|before| &windows[before]);
+        number = match before.filter(|before| before.trajectory == window.trajectory) {
+            None => 0,
+            Some(before) if before.start + stride == window.start => number,
+            Some(_) => number + 1,
+        };
+        numbers.push(number);
+    }
+    numbers
+}
+
 /// As [`windows`], but every log must give at least one.
 ///
 /// # Errors

@@ -6,10 +6,13 @@ use crate::error::{Error, Result};
 use crate::logs::{Needs, conform};
 use crate::model_file::{LogRecord, Model};
 use crate::probe::{Probe, ProbePlan, checked};
-use dose3_datasets::{Frame, Kind, LogGroups, Trajectory, windows_of_each};
+use dose3_datasets::{
+    Frame, Kind, LogGroups, Trajectory, Window, stretch_numbers, windows_of_each,
+};
 use dose3_diffusion::{NoiseSharing, Process};
 use dose3_ood::{
-    Combination, DensityConfig, DetectorConfig, DetectorStatistics, PoseReference, StatisticsSet,
+    Combination, DensityConfig, DetectorConfig, DetectorStatistics, Place, PoseReference,
+    StatisticsSet,
 };
 use std::collections::BTreeSet;
 
@@ -173,8 +176,30 @@ pub fn fit(
     })?;
     let poses = PoseReference::fit(&poses)?;
     let groups = LogGroups::of(&logs);
-    let of_windows = groups.of_windows(&windows);
-    let statistics = DetectorStatistics::fit(config, &rows, &of_windows, &groups.names)?;
+    let stretches = stretch_numbers(&windows, options.stride);
+    let place = |(window, stretch): (&Window, usize)| Place {
+        group: groups.of_log[window.trajectory],
+        log: window.trajectory,
+        stretch,
+    };
+    let places: Vec<Place> = windows.iter().zip(stretches).map(place).collect();
+    let statistics = DetectorStatistics::fit(config, &rows, &places, &groups.names)?;
+    for found in &statistics.calibration().audit {
+        let (first, last) = (&windows[found.first], &windows[found.last]);
+        notes.insert(format!(
+            "{} is unlike the other trusted logs (chance {:.1e}): poses {} to {} of {}; {}",
+            found.group,
+            found.p_value,
+            first.start,
+            last.start + last.length - 1,
+            logs[found.log].name,
+            if found.left_out {
+                "it is left out of what new logs are compared with"
+            } else {
+                "it is kept among what new logs are compared with"
+            }
+        ));
+    }
     let detector = Detector {
         model: model.clone(),
         header: DetectorHeader {

@@ -5,9 +5,9 @@ use crate::detector_file::Detector;
 use crate::error::{Error, Result};
 use crate::logs::conform;
 use crate::probe::Probe;
-use dose3_datasets::{RateSource, Trajectory, Window, windows_of_each};
-use dose3_ood::detector::{Contribution, LogVerdict, Rule};
-use dose3_ood::{PoseReference, Score};
+use dose3_datasets::{RateSource, Trajectory, Window, stretch_numbers, windows_of_each};
+use dose3_ood::detector::{Basis, Contribution, LogVerdict, TestVerdict};
+use dose3_ood::{PoseReference, Score, Verdict};
 use serde::Serialize;
 
 /// A detector with its networks loaded.
@@ -74,7 +74,7 @@ pub struct LogReport {
     pub log: String,
     /// Its file.
     pub path: String,
-    /// `in_distribution` or `out_of_distribution`.
+    /// `in_distribution` or `out_of_distribution`; beside one trusted log `like` or `unlike`.
     pub verdict: &'static str,
     /// Poses judged.
     pub poses: usize,
@@ -84,12 +84,16 @@ pub struct LogReport {
     pub rate_is_nominal: bool,
     /// The share of trusted logs that may be rejected.
     pub alpha: f64,
-    /// Whether the log's p-value or its share of windows beyond the threshold decided.
-    pub rule: Rule,
-    /// `(1 + #{trusted logs with such a mean score or a higher one}) / (n + 1)`.
+    /// Chance that a log like the trusted ones is so unusual.
     pub p_value: f64,
-    /// The smallest p-value that this number of trusted logs allows.
-    pub smallest_p_value: f64,
+    /// Index of the test that decided.
+    pub decided_by: usize,
+    /// What each test says.
+    pub tests: Vec<TestVerdict>,
+    /// What the chance rests on.
+    pub basis: Basis,
+    /// How far the log is: 0 is a usual run of trusted windows, 1 a trusted extreme.
+    pub excess: f64,
     /// Mean window score.
     pub mean_score: Score,
     /// Window threshold.
@@ -98,12 +102,6 @@ pub struct LogReport {
     pub windows: usize,
     /// Number of windows beyond the threshold.
     pub beyond: usize,
-    /// Their share above which a log is out of distribution, where one is known.
-    pub share_limit: Option<f64>,
-    /// Chance of such a share, or a higher one, in a log like the trusted ones.
-    pub share_p_value: f64,
-    /// Chance of so bad a worst window in a log like the trusted ones.
-    pub worst_p_value: f64,
     /// Where in the log.
     pub segments: Vec<Segment>,
     /// Runs of poses beyond the pose threshold within these segments, the worst first.
@@ -167,7 +165,8 @@ impl Judge {
         } = self.statistics(log, progress)?;
         let statistics = &self.detector.header.statistics;
         let alpha = alpha.unwrap_or(statistics.config().alpha);
-        let verdict = statistics.judge_at(&rows, alpha)?;
+        let stretches = stretch_numbers(&windows, self.detector.header.stride);
+        let verdict = statistics.judge_with(&rows, &stretches, &[], alpha)?;
         notes.extend(log.report.lines());
         let threshold = self.detector.header.poses.as_ref();
         let poses = (pose_scores, threshold.map(PoseReference::threshold));
@@ -243,25 +242,25 @@ fn report(
     LogReport {
         log: log.name.clone(),
         path: log.path.display().to_string(),
-        verdict: if verdict.verdict.is_ood() {
-            "out_of_distribution"
-        } else {
-            "in_distribution"
+        verdict: match verdict.verdict {
+            Verdict::InDistribution => "in_distribution",
+            Verdict::OutOfDistribution => "out_of_distribution",
+            Verdict::Like => "like",
+            Verdict::Unlike => "unlike",
         },
         poses: log.poses.len(),
         rate_hz: log.rate.hertz,
         rate_is_nominal: log.rate.source == RateSource::Nominal,
         alpha: verdict.alpha,
-        rule: verdict.rule,
         p_value: verdict.p_value,
-        smallest_p_value: verdict.smallest_p_value,
+        decided_by: verdict.decided_by,
+        tests: verdict.tests,
+        basis: verdict.basis,
+        excess: verdict.excess,
         mean_score: verdict.mean_score,
         threshold: verdict.threshold,
         windows: verdict.windows,
         beyond: verdict.beyond,
-        share_limit: verdict.share_limit,
-        share_p_value: verdict.share_p_value,
-        worst_p_value: verdict.worst_p_value,
         segments,
         pose_spans,
         pose_threshold,

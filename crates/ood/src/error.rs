@@ -7,7 +7,9 @@ use crate::statistics::Statistic;
 #[non_exhaustive]
 pub enum Error {
     /// A name that is no statistic of this version.
-    #[error("unknown statistic `{name}`; known are {known}, joined by `+`")]
+    #[error(
+        "unknown statistic `{name}`; known are {known}, joined by `+` (in one block), `,` (blocks) or `/` (tests)"
+    )]
     UnknownStatistic {
         /// The name as given.
         name: String,

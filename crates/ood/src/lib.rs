@@ -4,6 +4,7 @@ pub mod calibration;
 pub mod density;
 pub mod detector;
 mod error;
+pub mod fdr;
 pub mod folds;
 pub mod localise;
 pub mod metrics;
@@ -17,9 +18,9 @@ mod verdict;
 #[path = "../../../tests/property_cases.rs"]
 mod property_cases;
 
-pub use calibration::{Combination, Reference, SharePrediction, cross_fit};
+pub use calibration::{Combination, Reference, cross_fit};
 pub use density::{Density, DensityConfig, DensityModel};
-pub use detector::{DetectorConfig, DetectorStatistics, LogVerdict};
+pub use detector::{DetectorConfig, DetectorStatistics, ExternalTest, LogVerdict, Place};
 pub use error::Error;
 pub use folds::{FoldPlan, Folds, Unit};
 pub use localise::PoseReference;

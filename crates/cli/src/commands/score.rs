@@ -8,7 +8,6 @@ use dose3::detector_file::Detector;
 use dose3::logs;
 use dose3::score::{Judge, LogReport};
 use dose3_datasets::{LoadOptions, discover};
-use dose3_ood::detector::Rule;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -126,56 +125,35 @@ fn judge_log(judge: &mut Judge, args: &Score, path: &PathBuf) -> Result<LogRepor
 
 fn text(r: &LogReport, windows: bool) -> String {
     let mut out = String::new();
-    let verdict = if r.is_ood() {
-        "OUT OF DISTRIBUTION"
-    } else {
-        "in distribution"
+    let verdict = match r.verdict {
+        "out_of_distribution" => "OUT OF DISTRIBUTION",
+        "in_distribution" => "in distribution",
+        "unlike" => "UNLIKE the one trusted log",
+        _ => "like the one trusted log",
     };
     // Writing to a String cannot fail.
     let _ = writeln!(out, "{:<24} {verdict}", r.log);
-    let share = 100.0 * r.beyond as f64 / r.windows.max(1) as f64;
-    let limit = r
-        .share_limit
-        .map_or("none known".into(), |l| format!("{:.0} %", 100.0 * l));
-    let alpha = r.alpha;
-    let _ = match r.rule {
-        Rule::PValue => {
-            writeln!(
-                out,
-                "  decided by  p-value of the log {:.3}, alpha {alpha}",
-                r.p_value
-            )
-        }
-        Rule::Share => writeln!(
-            out,
-            "  decided by  share of windows beyond the threshold: {share:.0} %, limit {limit}"
-        ),
-        Rule::Window => writeln!(
-            out,
-            "  decided by  largest p-value of its windows {:.3}, alpha {alpha}",
-            r.window_reports
-                .iter()
-                .map(|w| w.p_value)
-                .fold(0.0, f64::max)
-        ),
-        Rule::Worst => writeln!(
-            out,
-            "  decided by  its worst window: chance {:.2e} in a trusted log of {} windows, limit {}",
-            r.worst_p_value,
-            r.windows,
-            alpha * Rule::WORST_SHARE
-        ),
-    };
+    let decided = &r.tests[r.decided_by];
     let _ = writeln!(
         out,
-        "  windows     {} of {} beyond {:.2}; mean score {:.2}; p-value of the log {:.3} (never \
-         below {:.3})",
+        "  decided by  {}: chance {:.2e} in a log like the trusted ones, alpha {}",
+        decided.name, r.p_value, r.alpha
+    );
+    let _ = writeln!(
+        out,
+        "  rests on    a tail fitted to {}; without a model {} can only say {:.3}",
+        count(r.basis.windows, "trusted window"),
+        count(r.basis.groups, "trusted log"),
+        r.basis.smallest_rank_p
+    );
+    let _ = writeln!(
+        out,
+        "  windows     {} of {} beyond {:.2}; mean score {:.2}; {:.2} times a trusted extreme",
         r.beyond,
         r.windows,
         r.threshold.value(),
         r.mean_score.value(),
-        r.p_value,
-        r.smallest_p_value
+        r.excess
     );
     for (i, s) in r.segments.iter().take(SHOWN).enumerate() {
         let _ = writeln!(

@@ -2,18 +2,19 @@
 //!
 //! A score says nothing by itself; what trusted logs score that the density has not seen says what it
 //! means. [`cross_fit`] makes such scores, [`Reference`] turns a score into a p-value and an alpha
-//! into a threshold, [`SharePrediction`] says how many windows beyond the threshold a trusted log may
-//! show, and [`Combination`] makes one score of several groups of statistics.
+//! into a threshold, [`RunReference`] says how unusual the worst run of windows of a log is, and
+//! [`Combination`] makes one score of several groups of statistics.
 
 mod combine;
 mod cross_fit;
+mod erosion;
 mod reference;
-mod share;
+mod runs;
 mod tails;
 
 pub use combine::Combination;
 pub(crate) use cross_fit::held_out;
 pub use cross_fit::{CrossFit, cross_fit};
+pub use erosion::{Duration, erode};
 pub use reference::Reference;
-pub use share::SharePrediction;
-pub(crate) use share::{thin, thin_down};
+pub use runs::{Run, RunReference, Stretch};

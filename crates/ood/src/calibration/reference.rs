@@ -113,6 +113,29 @@ impl Reference {
         (p_next + left * drop).ln()
     }
 
+    /// As [`ln_p`](Self::ln_p), with the tail of a prediction: the scale is known from `clusters`
+    /// independent exceedances only, and integrated out under the prior 1/scale the exponential tail
+    /// becomes `(1 + z / clusters)^-clusters` for z scales beyond its start.
+    #[must_use]
+    pub(super) fn predictive_ln_p(&self, score: Score, clusters: f64) -> f64 {
+        let upper = self.tails.upper;
+        let over = score.value() - upper.start;
+        if over <= 0.0 {
+            return self.ln_p(score);
+        }
+        let start = self.rank(Score::new(upper.start)).ln();
+        start - clusters * (over / upper.scale / clusters).ln_1p()
+    }
+
+    /// The score whose [`predictive_ln_p`](Self::predictive_ln_p) is `ln p`; where `p` is larger than what
+    /// the tail starts at, that start.
+    #[must_use]
+    pub(super) fn predictive_score(&self, p: f64, clusters: f64) -> f64 {
+        let upper = self.tails.upper;
+        let fall = self.rank(Score::new(upper.start)) / p;
+        upper.start + upper.scale * clusters * (fall.ln().max(0.0) / clusters).exp_m1()
+    }
+
     /// The p-value, of which half a rank is left for what lies below the lowest score.
     fn rank(&self, score: Score) -> f64 {
         let highest = 1.0 - 0.5 * self.smallest_p_value();

@@ -1,39 +1,48 @@
 //! Held-out trusted scores and what follows from them.
 
+use super::audit::{AuditFinding, Audited, audit};
 use super::config::DetectorConfig;
-use super::densities::{Densities, RawScores, Resolved};
-use crate::calibration::{Reference, SharePrediction, held_out, thin};
+use super::densities::{Densities, Resolved};
+use super::held_out::HeldOut;
+use super::place::Place;
+use crate::calibration::{Reference, RunReference, Stretch};
 use crate::error::{Error, expect_len};
-use crate::folds::{FoldPlan, Unit};
+use crate::folds::Unit;
 use crate::score::Score;
 use crate::statistics::Group;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// What trusted windows and logs score that the densities have not seen.
+/// What trusted windows and groups of logs score that the densities have not seen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
     /// Scores beyond this are beyond the window threshold: the bottom `window_alpha` of the
     /// held-out likelihoods.
     pub threshold: Score,
-    /// Held-out window scores.
+    /// Held-out window scores, over all tests.
     pub windows: Reference,
     /// Held-out window scores of each group of statistics.
     pub groups: Vec<Reference>,
-    /// Whether logs or blocks of logs were held out.
+    /// Held-out window scores of each test in order of time; none in files of older versions, which kept
+    /// no order.
+    #[serde(default)]
+    pub tests: Vec<Vec<Stretch>>,
+    /// Whether groups of logs or blocks of them were held out.
     pub unit: Unit,
-    /// Number of trusted logs.
+    /// Number of groups of trusted logs that are compared with.
     pub logs: usize,
-    /// What each held-out log (or block) showed.
+    /// What each held-out group (or block) showed.
     pub units: Vec<UnitCalibration>,
+    /// Trusted groups that are unlike the others.
+    #[serde(default)]
+    pub audit: Vec<AuditFinding>,
 }
 
-/// A trusted log, or a block of one, when it was held out.
+/// A trusted group of logs, or a block of one, when it was held out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UnitCalibration {
-    /// Name of the log, and of the block where it was cut.
+    /// Name of the group, and of the block where it was cut.
     pub name: String,
     /// Its windows.
     pub windows: usize,
@@ -41,147 +50,106 @@ pub struct UnitCalibration {
     pub beyond: usize,
     /// Mean window score.
     pub mean_score: Score,
+    /// Whether the audit left it out of what new logs are compared with.
+    #[serde(default)]
+    pub left_out: bool,
 }
 
-/// Cross-fits, calibrates, and fits to all rows.
+/// Cross-fits, audits, calibrates, and fits to all rows.
 pub(super) fn calibrate(
     config: &DetectorConfig,
     groups: &[Group],
     rows: &[Vec<f64>],
-    logs: &[usize],
-    log_names: &[String],
+    places: &[Place],
+    names: &[String],
 ) -> Result<(Calibration, Densities), Error> {
-    let plan = FoldPlan::new(logs, config.folds, config.overlap)?;
     let density = config.density.clone().with_seed(config.seed);
-    let resolved = Resolved::new(&density, config.combination, groups, rows, logs)?;
-    let raw = held_out(
-        rows,
-        logs,
-        &plan,
-        |rows, logs| {
-            let densities = resolved.fit(groups, rows, logs)?;
-            let models: Vec<_> = densities
-                .group_models(groups)?
-                .into_iter()
-                .map(std::borrow::Cow::into_owned)
-                .collect();
-            Ok((densities, models))
-        },
-        |(densities, models), row| {
-            let models: Vec<_> = models.iter().map(std::borrow::Cow::Borrowed).collect();
-            densities.score(&models, groups, row)
-        },
-    )?;
-    let references = group_references(&raw, groups.len(), |_| true)?;
-    let scores = combined(config, &plan, &raw, groups.len())?;
-    let units = units(config, &plan, &scores, logs, log_names)?;
-    let windows = Reference::new(scores)?;
-    let calibration = Calibration {
-        threshold: windows.threshold(config.window_alpha),
+    let of_group: Vec<usize> = places.iter().map(|p| p.group).collect();
+    let resolved = Resolved::new(&density, config.combination, groups, rows, &of_group)?;
+    let held_out = HeldOut::new(config, &resolved, groups, rows, places)?;
+    let audited = audit(&held_out, names)?;
+    let calibration = calibration(&held_out, audited, names)?;
+    Ok((calibration, resolved.fit(groups, rows, &of_group)?))
+}
+
+fn calibration(
+    held_out: &HeldOut<'_>,
+    audited: Audited,
+    names: &[String],
+) -> Result<Calibration, Error> {
+    let Audited {
+        kept,
+        scores,
+        findings,
+    } = audited;
+    let is_kept = |row: usize| kept[held_out.places[row].group];
+    let rows = (0..held_out.windows()).filter(|&row| is_kept(row));
+    let windows = Reference::new(rows.map(|row| scores.windows[row]).collect())?;
+    let tests = scores.tests.iter();
+    Ok(Calibration {
+        threshold: windows.threshold(held_out.config.window_alpha),
         windows,
-        groups: references,
-        unit: plan.unit(),
-        logs: plan.logs(),
-        units,
-    };
-    Ok((calibration, resolved.fit(groups, rows, logs)?))
-}
-
-/// Per group, the scores of the rows that `keep` names.
-fn group_references(
-    raw: &[RawScores],
-    groups: usize,
-    keep: impl Fn(usize) -> bool,
-) -> Result<Vec<Reference>, Error> {
-    (0..groups)
-        .map(|group| {
-            let kept = raw.iter().enumerate().filter(|(row, _)| keep(*row));
-            Reference::new(kept.map(|(_, scores)| scores.groups[group]).collect())
-        })
-        .collect()
-}
-
-/// The score of every held-out window. Its groups' p-values are taken from the other units only, as
-/// those of a new log will be from the trusted ones.
-fn combined(
-    config: &DetectorConfig,
-    plan: &FoldPlan,
-    raw: &[RawScores],
-    groups: usize,
-) -> Result<Vec<Score>, Error> {
-    if raw.iter().all(|scores| scores.joint.is_some()) {
-        return Ok(raw
-            .iter()
-            .map(|s| s.combine(config.combination, &[]))
-            .collect());
-    }
-    let per_unit: Result<Vec<Vec<Reference>>, Error> = (0..plan.units())
-        .into_par_iter()
-        .map(|unit| group_references(raw, groups, |row| plan.unit_of()[row] != unit))
-        .collect();
-    let per_unit = per_unit?;
-    Ok(raw
-        .iter()
-        .zip(plan.unit_of())
-        .map(|(scores, &unit)| scores.combine(config.combination, &per_unit[unit]))
-        .collect())
+        groups: held_out.references(is_kept)?,
+        tests: tests
+            .map(|test| held_out.stretches(test, |group| kept[group]))
+            .collect(),
+        unit: held_out.plan.unit(),
+        logs: held_out.plan.logs() - kept.iter().filter(|kept| !**kept).count(),
+        units: units(held_out, &scores.windows, &kept, names)?,
+        audit: findings,
+    })
 }
 
 fn units(
-    config: &DetectorConfig,
-    plan: &FoldPlan,
+    held_out: &HeldOut<'_>,
     scores: &[Score],
-    logs: &[usize],
-    log_names: &[String],
+    kept: &[bool],
+    names: &[String],
 ) -> Result<Vec<UnitCalibration>, Error> {
-    let mut blocks_before = vec![0_usize; log_names.len()];
+    let (plan, places) = (&held_out.plan, held_out.places);
+    let mut blocks_before = vec![0_usize; names.len()];
     (0..plan.units())
         .map(|unit| {
             let of_unit = |row: &usize| plan.unit_of()[*row] == unit;
             let mine: Vec<usize> = (0..scores.len()).filter(of_unit).collect();
-            let others = (0..scores.len()).filter(|row| !of_unit(row));
+            let others = (0..scores.len()).filter(|row| !of_unit(row) && kept[places[*row].group]);
             let threshold = Reference::new(others.map(|row| scores[row]).collect())?
-                .threshold(config.window_alpha);
+                .threshold(held_out.config.window_alpha);
             let own: Vec<Score> = mine.iter().map(|&row| scores[row]).collect();
-            let log = logs[mine[0]];
-            blocks_before[log] += 1;
+            let group = places[mine[0]].group;
+            blocks_before[group] += 1;
             let name = match plan.unit() {
-                Unit::Log => log_names[log].clone(),
-                Unit::Block => format!("{}, block {}", log_names[log], blocks_before[log]),
+                Unit::Log => names[group].clone(),
+                Unit::Block => format!("{}, block {}", names[group], blocks_before[group]),
             };
             Ok(UnitCalibration {
                 name,
                 windows: own.len(),
                 beyond: own.iter().filter(|&&s| s > threshold).count(),
                 mean_score: Score::mean(&own),
+                left_out: !kept[group],
             })
         })
         .collect()
 }
 
 impl Calibration {
-    /// Mean scores of the held-out logs (or blocks).
-    pub(super) fn log_scores(&self) -> Result<Reference, Error> {
-        Reference::new(self.units.iter().map(|u| u.mean_score).collect())
-    }
-
-    /// The smallest p-value that a log can get: with blocks of n logs there still are only n logs.
+    /// The smallest chance that ranks among the trusted groups can give without a model, `1 / (n + 1)`:
+    /// with blocks of n groups there still are only n groups.
     #[must_use]
-    pub fn smallest_p_value(&self) -> f64 {
+    pub fn smallest_rank_p(&self) -> f64 {
         1.0 / (self.logs + 1) as f64
     }
 
-    /// What the held-out logs say of the number of windows beyond the threshold.
-    pub(super) fn share_prediction(
-        &self,
-        config: &DetectorConfig,
-    ) -> Result<SharePrediction, Error> {
-        let seen: Vec<(usize, usize)> = self
-            .units
-            .iter()
-            .map(|u| thin(u.beyond, u.windows, config.overlap))
-            .collect();
-        SharePrediction::new(&seen, config.window_alpha)
+    /// Per test, the trusted runs of windows.
+    pub(super) fn runs(&self, config: &DetectorConfig) -> Result<Vec<RunReference>, Error> {
+        if self.tests.is_empty() {
+            return Ok(vec![RunReference::unordered(self.windows.clone())]);
+        }
+        let longest = config.durations().iter().map(|d| d.windows).max();
+        let of_test =
+            |test: &Vec<Stretch>| RunReference::new(test, longest.unwrap_or(1), config.overlap);
+        self.tests.iter().map(of_test).collect()
     }
 
     pub(super) fn validate(&self, config: &DetectorConfig, groups: usize) -> Result<(), Error> {
@@ -196,7 +164,16 @@ impl Calibration {
         if self.groups.iter().any(|g| g.len() != windows) {
             return wrong("groups and windows differ in number");
         }
-        if self.units.iter().map(|u| u.windows).sum::<usize>() != windows {
+        let ordered = |test: &Vec<Stretch>| test.iter().map(|s| s.scores.len()).sum::<usize>();
+        if self.tests.iter().any(|test| ordered(test) != windows) {
+            return wrong("the tests' stretches do not add up to its windows");
+        }
+        let tests = config.statistics.tests();
+        if self.tests.len() != tests && !(self.tests.is_empty() && tests == 1) {
+            return wrong("it has not the tests of the settings");
+        }
+        let kept = self.units.iter().filter(|u| !u.left_out);
+        if kept.map(|u| u.windows).sum::<usize>() != windows {
             return wrong("the logs' windows do not add up");
         }
         if self
@@ -206,11 +183,20 @@ impl Calibration {
         {
             return wrong("a log has no windows, or more beyond the threshold than it has");
         }
-        if self.logs == 0 || (self.unit == Unit::Log && self.logs != self.units.len()) {
+        let units = self.units.iter().filter(|u| !u.left_out).count();
+        if self.logs == 0 || (self.unit == Unit::Log && self.logs != units) {
             return wrong("the number of logs is not that of what was held out");
         }
         if self.threshold != self.windows.threshold(config.window_alpha) {
             return wrong("the threshold is not that of its scores");
+        }
+        // Written so that NaN fails as well.
+        if self
+            .audit
+            .iter()
+            .any(|a| !(a.p_value > 0.0 && a.p_value <= 1.0))
+        {
+            return wrong("a chance of the audit is not in (0, 1]");
         }
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! Settings of a detector's statistical part.
 
-use crate::calibration::Combination;
+use crate::calibration::{Combination, Duration};
 use crate::density::DensityConfig;
-use crate::error::Error;
+use crate::error::{Error, expect_len};
 use crate::folds::Folds;
 use crate::statistics::{Statistic, StatisticsSet};
 use serde::{Deserialize, Serialize};
@@ -15,8 +15,19 @@ pub struct DetectorConfig {
     pub statistics: StatisticsSet,
     /// The density: of all columns for [`Combination::Joint`], else of each group.
     pub density: DensityConfig,
-    /// How groups become one score.
+    /// How the groups of a test become one score.
     pub combination: Combination,
+    /// Share of alpha of each test, in (0, 1]; they sum to 1. None: equal shares.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shares: Option<Vec<f64>>,
+    /// Lengths of the runs of windows that are judged; none: those of the overlap,
+    /// [`Duration::of_overlap`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub durations: Option<Vec<Duration>>,
+    /// Whether trusted groups that are unlike the others stay in the reference; they are named all the
+    /// same.
+    #[serde(default)]
+    pub keep_all: bool,
     /// How trusted logs are held out.
     pub folds: Folds,
     /// Windows of one log that share poses with a given one on one side, plus itself: window length
@@ -38,6 +49,9 @@ impl Default for DetectorConfig {
             statistics: Statistic::Paper24.into(),
             density: DensityConfig::default(),
             combination: Combination::Joint,
+            shares: None,
+            durations: None,
+            keep_all: false,
             folds: Folds::Auto,
             overlap: 4,
             alpha: 0.05,
@@ -72,8 +86,45 @@ impl DetectorConfig {
                 expected: "must be at least 2",
             });
         }
-        Ok(())
+        if self.combination == Combination::Joint && self.statistics.tests() > 1 {
+            return Err(Error::Parameter {
+                name: "combination",
+                value: self.combination.to_string(),
+                expected: "several tests have no joint density: fisher, harmonic-mean or maximum",
+            });
+        }
+        check_shares(&self.shares(), self.statistics.tests())?;
+        Duration::check(&self.durations())
     }
+
+    /// The share of alpha of each test.
+    #[must_use]
+    pub fn shares(&self) -> Vec<f64> {
+        let tests = self.statistics.tests();
+        let equal = || vec![1.0 / tests as f64; tests];
+        self.shares.clone().unwrap_or_else(equal)
+    }
+
+    /// Lengths of the runs of windows that are judged.
+    #[must_use]
+    pub fn durations(&self) -> Vec<Duration> {
+        let usual = || Duration::of_overlap(self.overlap);
+        self.durations.clone().unwrap_or_else(usual)
+    }
+}
+
+fn check_shares(shares: &[f64], tests: usize) -> Result<(), Error> {
+    expect_len("shares of alpha of the tests", tests, shares.len())?;
+    // Written so that NaN fails as well.
+    let positive = shares.iter().all(|&share| share > 0.0);
+    if positive && (shares.iter().sum::<f64>() - 1.0).abs() < 1e-9 {
+        return Ok(());
+    }
+    Err(Error::Parameter {
+        name: "shares",
+        value: format!("{shares:?}"),
+        expected: "shares of alpha must be positive and sum to 1",
+    })
 }
 
 pub(super) fn check_alpha(name: &'static str, alpha: f64) -> Result<(), Error> {

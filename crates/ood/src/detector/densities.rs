@@ -7,6 +7,7 @@ use crate::score::Score;
 use crate::statistics::Group;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// The fitted densities of a detector.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -130,17 +131,26 @@ impl Densities {
 }
 
 impl RawScores {
-    /// The score of the window: the joint one, else that of the groups' p-values.
-    pub fn combine(&self, combination: Combination, references: &[Reference]) -> Score {
-        self.joint.unwrap_or_else(|| {
-            let ln_p: Vec<f64> = self
-                .groups
-                .iter()
-                .zip(references)
-                .map(|(&score, reference)| reference.ln_p(score))
-                .collect();
-            combination.score(&ln_p)
-        })
+    /// The score of each test: the joint one, else that of its groups' p-values.
+    pub fn combine(
+        &self,
+        combination: Combination,
+        tests: &[Range<usize>],
+        references: &[Reference],
+    ) -> Vec<Score> {
+        if let Some(joint) = self.joint {
+            return vec![joint];
+        }
+        let ln_p: Vec<f64> = self
+            .groups
+            .iter()
+            .zip(references)
+            .map(|(&score, reference)| reference.ln_p(score))
+            .collect();
+        let tests = tests.iter();
+        tests
+            .map(|test| combination.score(&ln_p[test.clone()]))
+            .collect()
     }
 }
 

@@ -1,19 +1,31 @@
 //! The statistical part of a detector: what was fitted, how it was calibrated, and how it judges.
 
+mod audit;
+mod basis;
 mod calibrate;
 mod config;
+mod contribution;
 mod densities;
+mod held_out;
+mod place;
+mod scored;
+mod test;
 mod verdict;
 
+pub use audit::AuditFinding;
+pub use basis::{Basis, MeasuredAlarms};
 pub use calibrate::{Calibration, UnitCalibration};
 pub use config::DetectorConfig;
+pub use contribution::Contribution;
 pub use densities::Densities;
-pub use verdict::{Contribution, LogVerdict, Rule};
+pub use place::Place;
+pub use test::{Evidence, ExternalTest, TestVerdict};
+pub use verdict::LogVerdict;
 
-use crate::error::{Error, expect_finite, expect_len, expect_table};
+use crate::calibration::RunReference;
+use crate::error::{Error, expect_len, expect_table};
 use crate::score::Score;
 use crate::statistics::Group;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Densities over a set of statistics with their calibration. Reading one from a file
@@ -26,6 +38,8 @@ pub struct DetectorStatistics {
     groups: Vec<Group>,
     densities: Densities,
     calibration: Calibration,
+    /// Trusted runs of windows of each test; follow from the rest.
+    runs: Vec<RunReference>,
 }
 
 #[derive(Clone, Serialize, Deserialize)]
@@ -40,11 +54,13 @@ struct Stored {
 }
 
 impl DetectorStatistics {
-    /// Fits to the statistics of trusted windows. `rows[i]` are the statistics of a window of log
-    /// `logs[i]`, an index into `log_names`; the windows of one log come in order of time.
+    /// Fits to the statistics of trusted windows. `rows[i]` are the statistics of the window at
+    /// `places[i]`, whose group is an index into `group_names`; the windows of one stretch come in order of
+    /// time.
     ///
-    /// The calibration scores are those of logs that the fit has not seen (see [`crate::folds`]);
-    /// the densities kept are then fitted to all trusted rows.
+    /// The calibration scores are those of groups that the fit has not seen (see [`crate::folds`]), and
+    /// groups unlike the others are left out of them ([`AuditFinding`]); the densities kept are then fitted
+    /// to all trusted rows.
     ///
     /// # Errors
     /// [`Error::Parameter`] for bad settings; [`Error::Shape`], [`Error::NotFinite`],
@@ -52,8 +68,8 @@ impl DetectorStatistics {
     pub fn fit(
         config: DetectorConfig,
         rows: &[Vec<f64>],
-        logs: &[usize],
-        log_names: &[String],
+        places: &[Place],
+        group_names: &[String],
     ) -> Result<Self, Error> {
         config.check()?;
         let names = config.statistics.names();
@@ -62,26 +78,24 @@ impl DetectorStatistics {
             names.len(),
             expect_table("trusted rows", rows)?,
         )?;
-        expect_len("logs of the trusted rows", rows.len(), logs.len())?;
-        if let Some(&log) = logs.iter().find(|&&log| log >= log_names.len()) {
+        expect_len("places of the trusted rows", rows.len(), places.len())?;
+        if let Some(place) = places.iter().find(|p| p.group >= group_names.len()) {
             return Err(Error::Shape {
-                what: "names of trusted logs (at least)",
-                expected: log + 1,
-                found: log_names.len(),
+                what: "names of trusted groups (at least)",
+                expected: place.group + 1,
+                found: group_names.len(),
             });
         }
         let groups = config.statistics.groups();
         let (calibration, densities) =
-            calibrate::calibrate(&config, &groups, rows, logs, log_names)?;
-        let detector = Self {
+            calibrate::calibrate(&config, &groups, rows, places, group_names)?;
+        Self::try_from(Stored {
             config,
             names,
             groups,
             densities,
             calibration,
-        };
-        detector.validate()?;
-        Ok(detector)
+        })
     }
 
     /// The settings it was fitted with.
@@ -119,24 +133,34 @@ impl DetectorStatistics {
     /// # Errors
     /// [`Error::Shape`] and [`Error::NotFinite`] for bad rows.
     pub fn window_scores(&self, rows: &[Vec<f64>]) -> Result<Vec<Score>, Error> {
-        Ok(self.score_rows(rows)?.into_iter().map(|s| s.0).collect())
+        let scored = scored::score_rows(self, rows)?;
+        Ok(scored.into_iter().map(|s| s.score).collect())
     }
 
-    /// The verdict on a log from the statistics of its windows, at the alpha of the settings.
+    /// The verdict on a log from the statistics of its windows, in order of time, at the alpha of the
+    /// settings. `stretches[i]` is the number of the gap-free stretch that window `i` lies in.
     ///
     /// # Errors
-    /// As [`judge_at`](Self::judge_at).
-    pub fn judge(&self, rows: &[Vec<f64>]) -> Result<LogVerdict, Error> {
-        self.judge_at(rows, self.config.alpha)
+    /// As [`judge_with`](Self::judge_with).
+    pub fn judge(&self, rows: &[Vec<f64>], stretches: &[usize]) -> Result<LogVerdict, Error> {
+        self.judge_with(rows, stretches, &[], self.config.alpha)
     }
 
-    /// The verdict at another alpha in (0, 1).
+    /// The verdict at an alpha in (0, 1), joined with tests from outside, whose shares the detector's own
+    /// tests give up in proportion to theirs.
     ///
     /// # Errors
-    /// [`Error::TooFew`] for no windows, [`Error::Parameter`] for a bad alpha, [`Error::Shape`] and
-    /// [`Error::NotFinite`] for bad rows.
-    pub fn judge_at(&self, rows: &[Vec<f64>], alpha: f64) -> Result<LogVerdict, Error> {
+    /// [`Error::TooFew`] for no windows, [`Error::Parameter`] for a bad alpha and for bad tests from
+    /// outside, [`Error::Shape`] and [`Error::NotFinite`] for bad rows.
+    pub fn judge_with(
+        &self,
+        rows: &[Vec<f64>],
+        stretches: &[usize],
+        external: &[ExternalTest],
+        alpha: f64,
+    ) -> Result<LogVerdict, Error> {
         config::check_alpha("alpha", alpha)?;
+        expect_len("stretches of the windows", rows.len(), stretches.len())?;
         if rows.is_empty() {
             return Err(Error::TooFew {
                 what: "windows of the log",
@@ -145,22 +169,9 @@ impl DetectorStatistics {
                 hint: "the log must be at least as long as a window",
             });
         }
-        verdict::judge(self, &self.score_rows(rows)?, alpha)
-    }
-
-    /// Per row: the window's score and the scores of its groups.
-    fn score_rows(&self, rows: &[Vec<f64>]) -> Result<Vec<(Score, Vec<Score>)>, Error> {
-        let models = self.densities.group_models(&self.groups)?;
-        let references = &self.calibration.groups;
-        rows.par_iter()
-            .map(|row| {
-                expect_len("statistics of a window", self.names.len(), row.len())?;
-                expect_finite("statistics of a window", row)?;
-                let raw = self.densities.score(&models, &self.groups, row)?;
-                let combined = raw.combine(self.config.combination, references);
-                Ok((combined, raw.groups))
-            })
-            .collect()
+        let scored = scored::score_rows(self, rows)?;
+        let stretches = place::gather(stretches.iter());
+        verdict::judge(self, &scored, &stretches, external, alpha)
     }
 
     /// Checks that all parts belong together.
@@ -194,14 +205,16 @@ impl TryFrom<Stored> for DetectorStatistics {
     type Error = Error;
 
     fn try_from(stored: Stored) -> Result<Self, Error> {
-        let detector = Self {
+        let mut detector = Self {
             config: stored.config,
             names: stored.names,
             groups: stored.groups,
             densities: stored.densities,
             calibration: stored.calibration,
+            runs: Vec::new(),
         };
         detector.validate()?;
+        detector.runs = detector.calibration.runs(&detector.config)?;
         Ok(detector)
     }
 }

@@ -6,16 +6,21 @@ use crate::error::{Error, expect_finite};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::fmt;
+use std::ops::Range;
 use std::str::FromStr;
 
 /// A non-empty union of statistics, written `residual+change`, or several in blocks of their own,
-/// `kinematic,residual+change`. Its columns come in the order of its members. Serialised as that text.
+/// `kinematic,residual+change`, whose p-values are combined, or blocks in several tests,
+/// `kinematic,differences/residual+change`, each with a share of alpha of its own. Its columns come in the
+/// order of its members. Serialised as that text.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct StatisticsSet {
     members: Vec<Statistic>,
     /// Numbers of members of the blocks; they add up to the members.
     blocks: Vec<usize>,
+    /// Numbers of blocks of the tests; they add up to the blocks.
+    tests: Vec<usize>,
 }
 
 /// Columns of a set that belong together, such as the statistics of one rotation axis.
@@ -66,7 +71,12 @@ impl StatisticsSet {
             }
         }
         let blocks = vec![members.len()];
-        Ok(Self { members, blocks })
+        let tests = vec![1];
+        Ok(Self {
+            members,
+            blocks,
+            tests,
+        })
     }
 
     /// Blocks of members: each is to have a density of its own.
@@ -74,16 +84,58 @@ impl StatisticsSet {
     /// # Errors
     /// As [`new`](Self::new), for a block without members too.
     pub fn in_blocks(blocks: &[Vec<Statistic>]) -> Result<Self, Error> {
-        if blocks.iter().any(Vec::is_empty) {
+        Self::in_tests(&[blocks.to_vec()])
+    }
+
+    /// Tests of blocks of members: each test is to have a share of alpha of its own.
+    ///
+    /// # Errors
+    /// As [`in_blocks`](Self::in_blocks), for a test without blocks too.
+    pub fn in_tests(tests: &[Vec<Vec<Statistic>>]) -> Result<Self, Error> {
+        let blocks = tests.concat();
+        if tests.iter().any(Vec::is_empty) || blocks.iter().any(Vec::is_empty) {
             return Err(Error::EmptySet);
         }
         Ok(Self {
             blocks: blocks.iter().map(Vec::len).collect(),
+            tests: tests.iter().map(Vec::len).collect(),
             ..Self::new(blocks.concat())?
         })
     }
 
-    /// How many blocks it has; 1 for a plain union.
+    /// How many tests it has; 1 where nothing is said of tests.
+    #[must_use]
+    pub fn tests(&self) -> usize {
+        self.tests.len()
+    }
+
+    /// Names of the tests: their blocks, joined by a comma.
+    #[must_use]
+    pub fn test_names(&self) -> Vec<String> {
+        let blocks: Vec<String> = self.block_members().map(joined).collect();
+        let named = self.test_blocks().into_iter();
+        named.map(|test| blocks[test].join(",")).collect()
+    }
+
+    /// The [`groups`](Self::groups) of each test.
+    #[must_use]
+    pub fn test_groups(&self) -> Vec<Range<usize>> {
+        match self.blocks() {
+            1 => std::iter::once(0..self.groups().len()).collect(),
+            _ => self.test_blocks(),
+        }
+    }
+
+    fn test_blocks(&self) -> Vec<Range<usize>> {
+        let mut next = 0;
+        let ranges = self.tests.iter().map(|&blocks| {
+            next += blocks;
+            next - blocks..next
+        });
+        ranges.collect()
+    }
+
+    /// How many blocks it has, of all tests; 1 for a plain union.
     #[must_use]
     pub fn blocks(&self) -> usize {
         self.blocks.len()
@@ -231,14 +283,14 @@ impl From<Statistic> for StatisticsSet {
         Self {
             members: vec![member],
             blocks: vec![1],
+            tests: vec![1],
         }
     }
 }
 
 impl fmt::Display for StatisticsSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let blocks: Vec<String> = self.block_members().map(joined).collect();
-        f.write_str(&blocks.join(","))
+        f.write_str(&self.test_names().join("/"))
     }
 }
 
@@ -258,8 +310,9 @@ impl FromStr for StatisticsSet {
             }
             text.split('+').map(str::parse).collect()
         };
-        let blocks: Result<Vec<_>, _> = text.split(',').map(block).collect();
-        Self::in_blocks(&blocks?)
+        let test = |text: &str| text.split(',').map(block).collect::<Result<Vec<_>, _>>();
+        let tests: Result<Vec<_>, _> = text.split('/').map(test).collect();
+        Self::in_tests(&tests?)
     }
 }
 

@@ -4,7 +4,6 @@ use super::methods::METHODS;
 use super::prober::{SetRows, Settings, fit};
 use super::protocol::LogSet;
 use anyhow::Result;
-use dose3_ood::detector::Rule;
 use serde::Serialize;
 
 /// What a row says of the logs of a set, each left out in turn.
@@ -20,8 +19,8 @@ pub struct Alarms {
     pub ood: Vec<String>,
     /// Share of all windows beyond the window threshold.
     pub windows_beyond: f64,
-    /// How many logs each rule decided.
-    pub rules: Vec<(Rule, usize)>,
+    /// How many logs each test decided.
+    pub decided: Vec<(String, usize)>,
 }
 
 /// Leaves out one group of logs after the other.
@@ -46,7 +45,7 @@ pub fn run(
             logs: 0,
             ood: Vec::new(),
             windows_beyond: 0.0,
-            rules: Vec::new(),
+            decided: Vec::new(),
         };
         let mut windows = 0;
         let mut beyond = 0;
@@ -54,25 +53,23 @@ pub fn run(
             let others = rows.select(method, |_, w| groups[w.trajectory] != left_out);
             let detector = fit(method, &others, &groups, overlap, settings)?;
             for log in (0..set.logs.len()).filter(|&log| groups[log] == left_out) {
-                let (own, _) = rows.select(method, |_, w| w.trajectory == log);
+                let (own, spots) = rows.select(method, |_, w| w.trajectory == log);
                 // A log shorter than a window cannot be judged.
                 if own.is_empty() {
                     continue;
                 }
-                let verdict = detector.judge(&own)?;
+                let stretches: Vec<usize> = spots.iter().map(|spot| spot.stretch).collect();
+                let verdict = detector.judge(&own, &stretches)?;
                 alarms.logs += 1;
                 windows += verdict.windows;
                 beyond += verdict.beyond;
                 if verdict.verdict.is_ood() {
                     alarms.ood.push(set.raw[log].name.clone());
                 }
-                match alarms
-                    .rules
-                    .iter_mut()
-                    .find(|(rule, _)| *rule == verdict.rule)
-                {
+                let test = &verdict.deciding().name;
+                match alarms.decided.iter_mut().find(|(name, _)| name == test) {
                     Some((_, logs)) => *logs += 1,
-                    None => alarms.rules.push((verdict.rule, 1)),
+                    None => alarms.decided.push((test.clone(), 1)),
                 }
             }
             tick();

@@ -1,7 +1,7 @@
 //! Platform against platform: the paper's six cells, with every row.
 
 use super::methods::METHODS;
-use super::prober::SetRows;
+use super::prober::{SetRows, Spot};
 use super::protocol::{LogSet, Part};
 use anyhow::Result;
 use dose3_ood::DetectorStatistics;
@@ -47,8 +47,8 @@ pub fn run(
                 let (other, other_logs) = rows[o].select(m, |index, _| index % 2 == 0);
                 let own = detector.window_scores(&own)?;
                 let other = detector.window_scores(&other)?;
-                let of = |logs: &[usize], groups: &[usize]| -> Vec<usize> {
-                    logs.iter().map(|&log| groups[log]).collect()
+                let of = |spots: &[Spot], groups: &[usize]| -> Vec<usize> {
+                    spots.iter().map(|spot| groups[spot.log]).collect()
                 };
                 let auroc = estimate(
                     Metric::Auroc,

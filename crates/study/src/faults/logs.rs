@@ -192,7 +192,8 @@ impl Judge<'_> {
         let windows = by_piece(windows, windows, pieces);
         let (mut ood, mut detected, mut delays) = (0, 0, Vec::new());
         for (piece, rows) in of_piece.iter().enumerate() {
-            let verdict = self.detector.judge(rows)?;
+            // A piece lies in one gap-free stretch.
+            let verdict = self.detector.judge(rows, &vec![0; rows.len()])?;
             ood += usize::from(verdict.verdict.is_ood());
             let scores = &verdict.window_scores;
             detected += usize::from(highest(scores) > self.highest.threshold(FALSE_ALARMS));

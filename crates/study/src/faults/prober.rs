@@ -5,11 +5,11 @@ use anyhow::{Context, Result};
 use dose3::backend::Backend;
 use dose3::features::Extractor;
 use dose3::model_file::Model;
-use dose3_datasets::{Representation, Trajectory, Window};
+use dose3_datasets::{Representation, Trajectory, Window, stretch_numbers};
 use dose3_diffusion::{Branches, ModelPair, NoiseSharing, ProbeConfig, Process};
 use dose3_model::PairParameters;
 use dose3_ood::localise::pose_numbers;
-use dose3_ood::{DensityConfig, DetectorConfig, DetectorStatistics, StatisticsSet};
+use dose3_ood::{DensityConfig, DetectorConfig, DetectorStatistics, Place, StatisticsSet};
 
 /// Statistics `[method][window][column]`; empty for methods that were not asked for.
 pub type Rows = Vec<Vec<Vec<f64>>>;
@@ -161,17 +161,41 @@ pub struct SetRows {
     pub rows: Rows,
 }
 
+/// Where a window lies.
+#[derive(Clone, Copy, Debug)]
+pub struct Spot {
+    /// Index of its log.
+    pub log: usize,
+    /// Number of its gap-free stretch.
+    pub stretch: usize,
+}
+
+/// The steps between windows of one stretch: the smallest there are.
+fn stride(windows: &[Window]) -> usize {
+    let steps = windows
+        .windows(2)
+        .filter(|w| w[0].trajectory == w[1].trajectory);
+    let steps = steps.map(|w| w[1].start.saturating_sub(w[0].start));
+    steps.min().unwrap_or(1)
+}
+
 impl SetRows {
-    /// The rows of `method` for the windows that `keep` wants, with the logs they come from.
+    /// The rows of `method` for the windows that `keep` wants, with where they lie.
     pub fn select(
         &self,
         method: usize,
         mut keep: impl FnMut(usize, &Window) -> bool,
-    ) -> (Vec<Vec<f64>>, Vec<usize>) {
-        let chosen = self.windows.iter().enumerate().filter(|(i, w)| keep(*i, w));
-        chosen
-            .map(|(i, w)| (self.rows[method][i].clone(), w.trajectory))
-            .unzip()
+    ) -> (Vec<Vec<f64>>, Vec<Spot>) {
+        let all = self.windows.iter().enumerate();
+        let chosen: Vec<usize> = all.filter(|(i, w)| keep(*i, w)).map(|(i, _)| i).collect();
+        let windows: Vec<Window> = chosen.iter().map(|&i| self.windows[i]).collect();
+        let stretches = stretch_numbers(&windows, stride(&self.windows));
+        let spots = windows.iter().zip(stretches).map(|(window, stretch)| Spot {
+            log: window.trajectory,
+            stretch,
+        });
+        let rows = chosen.iter().map(|&i| self.rows[method][i].clone());
+        (rows.collect(), spots.collect())
     }
 }
 
@@ -181,7 +205,7 @@ impl SetRows {
 /// Too few rows.
 pub fn fit(
     method: usize,
-    (rows, logs): &(Vec<Vec<f64>>, Vec<usize>),
+    (rows, spots): &(Vec<Vec<f64>>, Vec<Spot>),
     groups: &[usize],
     overlap: usize,
     settings: &Settings,
@@ -196,10 +220,15 @@ pub fn fit(
         seed: settings.seed,
         ..DetectorConfig::default()
     };
-    let ids: Vec<usize> = logs.iter().map(|&log| groups[log]).collect();
+    let place = |spot: &Spot| Place {
+        group: groups[spot.log],
+        log: spot.log,
+        stretch: spot.stretch,
+    };
+    let places: Vec<Place> = spots.iter().map(place).collect();
     let names: Vec<String> = (0..groups.iter().max().map_or(0, |g| g + 1))
         .map(|group| format!("group {group}"))
         .collect();
-    DetectorStatistics::fit(config, rows, &ids, &names)
+    DetectorStatistics::fit(config, rows, &places, &names)
         .with_context(|| format!("row {}", method.key))
 }
