@@ -5,11 +5,11 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::error::Place;
-use crate::read::{frame_files, signature, split_fields};
-use crate::{Error, Format};
+use crate::read::{self, Layout, Text, frame_files, signature, unknown};
+use crate::{Error, Format, LoadOptions, LoadReport};
 
 /// Bytes looked at; the longest comment block before data in any of the formats is a few hundred.
-const SAMPLE: u64 = 16 * 1024;
+const SAMPLE: u64 = 64 * 1024;
 
 /// The format of a file, or of a folder `annotated_poses`, from its content.
 ///
@@ -17,6 +17,10 @@ const SAMPLE: u64 = 16 * 1024;
 /// [`Error::Io`] where it cannot be read; [`Error::Input`] where it is none of [`Format::ALL`], saying what it
 /// looks like instead. A file recognised here may still hold a fault further down.
 pub fn detect(path: &Path) -> Result<Format, Error> {
+    detect_with(path, &LoadOptions::default())
+}
+
+pub(crate) fn detect_with(path: &Path, options: &LoadOptions) -> Result<Format, Error> {
     if path.is_dir() {
         if is_pose_folder(path) {
             return Ok(Format::Iros20Poses);
@@ -29,6 +33,22 @@ pub fn detect(path: &Path) -> Result<Format, Error> {
     file.take(SAMPLE)
         .read_to_end(&mut bytes)
         .map_err(|source| Error::io(path, source))?;
+    let whole = (bytes.len() as u64) < SAMPLE;
+    if bytes.starts_with(b"\x1f\x8b") || bytes.starts_with(b"\x28\xb5\x2f\xfd") {
+        // A compressed file is small, and the first bytes of its content are not to be had without it.
+        let packed = std::fs::read(path).map_err(|source| Error::io(path, source))?;
+        return detect_bytes(path, &read::unpack(path, &packed)?, true, options);
+    }
+    detect_bytes(path, &bytes, whole, options)
+}
+
+/// The format of unpacked bytes; `whole` where they are all of the file.
+pub(crate) fn detect_bytes(
+    path: &Path,
+    bytes: &[u8],
+    whole: bool,
+    options: &LoadOptions,
+) -> Result<Format, Error> {
     if bytes.is_empty() {
         return Err(Error::input(
             path,
@@ -39,14 +59,54 @@ pub fn detect(path: &Path) -> Result<Format, Error> {
         ));
     }
     if bytes.starts_with(b"\x93NUMPY") {
-        return Ok(Format::Iros20);
+        return Ok(if read::is_stream(bytes) {
+            Format::Iros20
+        } else {
+            Format::Npy
+        });
     }
-    if let Some(found) = signature(&bytes) {
+    if bytes.starts_with(b"\x89MCAP") {
+        return Ok(Format::Mcap);
+    }
+    if bytes.starts_with(b"#ROSBAG V2") {
+        return Ok(Format::Bag);
+    }
+    if bytes.starts_with(b"SQLite format 3\0") {
+        return Ok(Format::Rosbag2);
+    }
+    if let Some(found) = signature(bytes) {
         return Err(unknown(path, Place::File, found.name, found.hint));
     }
-    let whole = (bytes.len() as u64) < SAMPLE;
-    let text = sample_text(path, &bytes, whole)?;
-    detect_text(path, text.trim_start_matches('\u{feff}'))
+    let sample = if whole { bytes } else { whole_lines(bytes) };
+    let text = Text::new(path, sample, &mut LoadReport::default()).map_err(as_unknown)?;
+    if options.columns.is_none() {
+        if let Some(format) = read::detect_graph(text.as_str()) {
+            return Ok(format);
+        }
+        if is_robotcar(text.as_str()) {
+            return Ok(Format::RobotCar);
+        }
+    }
+    Ok(Layout::find(path, &text, options)?.format)
+}
+
+/// A sample without its last, probably cut line.
+fn whole_lines(bytes: &[u8]) -> &[u8] {
+    let bytes = &bytes[..bytes.len().min(SAMPLE as usize)];
+    match bytes.iter().rposition(|byte| *byte == b'\n') {
+        Some(end) => &bytes[..=end],
+        None => bytes,
+    }
+}
+
+/// Text that is none is nothing that can be read at all.
+fn as_unknown(error: Error) -> Error {
+    match error {
+        Error::Input(fault) if fault.expected == "text in UTF-8" => {
+            unknown(&fault.path, fault.place, &fault.found, &fault.hint)
+        }
+        other => other,
+    }
 }
 
 /// True for a folder that holds one 4x4 text file per frame, or is named as such.
@@ -76,133 +136,25 @@ pub(crate) fn is_pose_folder(path: &Path) -> bool {
     })
 }
 
-/// The sample as text; a character cut at the end of the sample is no fault.
-fn sample_text<'a>(path: &Path, bytes: &'a [u8], whole: bool) -> Result<&'a str, Error> {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => Ok(text),
-        Err(fault) if !whole && fault.error_len().is_none() => {
-            Ok(std::str::from_utf8(&bytes[..fault.valid_up_to()]).unwrap_or_default())
-        }
-        Err(fault) => {
-            let line = 1 + bytes[..fault.valid_up_to()]
-                .iter()
-                .filter(|byte| **byte == b'\n')
-                .count();
-            let hint = "this looks like a binary file; give the file that holds the poses";
-            Err(unknown(
-                path,
-                Place::Line(line),
-                "bytes that are no text",
-                hint,
-            ))
-        }
-    }
-}
-
-fn detect_text(path: &Path, text: &str) -> Result<Format, Error> {
-    let mut lines = text
-        .lines()
-        .map(str::trim)
-        .enumerate()
-        .filter(|(_, line)| !line.is_empty());
-    let mut last = (0, "");
-    for (index, line) in &mut lines {
-        last = (index, line);
-        if let Some(comment) = line.strip_prefix('#') {
-            if comment.to_ascii_lowercase().contains("q_rs_w") {
-                return Ok(Format::Euroc);
-            }
-            continue;
-        }
-        return detect_line(path, index + 1, line);
-    }
-    let found = if last.1.is_empty() {
-        "only blank lines"
-    } else {
-        "only comments"
-    };
-    Err(unknown(
-        path,
-        Place::File,
-        found,
-        "the recording may have failed",
-    ))
-}
-
-/// Judges the first line that is neither blank nor a comment.
-fn detect_line(path: &Path, number: usize, line: &str) -> Result<Format, Error> {
-    let place = Place::Line(number);
-    let fields = split_fields(line);
-    let lower: Vec<String> = fields
-        .iter()
-        .map(|field| field.to_ascii_lowercase())
-        .collect();
-    let has = |name: &str| lower.iter().any(|field| field == name);
-    if ["roll", "pitch", "yaw"].into_iter().all(has) && (has("northing") || has("source_timestamp"))
-    {
-        return Ok(Format::RobotCar);
-    }
-    if has("northing") && has("easting") {
-        let hint = "RobotCar poses with orientation are in gps/ins.csv, gps/rtk.csv and vo/vo.csv";
-        return Err(unknown(
-            path,
-            place,
-            "positions without roll, pitch and yaw",
-            hint,
-        ));
-    }
-    let numbers = fields
-        .iter()
-        .filter(|field| field.parse::<f64>().is_ok())
-        .count();
-    if numbers == 0 {
-        return Err(unknown(
-            path,
-            place,
-            "text without numbers",
-            "give the file that holds the poses",
-        ));
-    }
-    let commas = line.contains(',');
-    // A first line with a damaged number is still recognised by its count; the reader names the number.
-    let mostly_numbers = 2 * numbers > fields.len();
-    match fields.len() {
-        12 if !commas && mostly_numbers => Ok(Format::Kitti),
-        8 if !commas && mostly_numbers => Ok(Format::Tum),
-        8.. if commas
-            && mostly_numbers
-            && fields[0].len() >= 16
-            && fields[0].bytes().all(|b| b.is_ascii_digit()) =>
-        {
-            Ok(Format::Euroc)
-        }
-        1 => Err(unknown(
-            path,
-            place,
-            "one number a line",
-            "this looks like KITTI times; give the pose file",
-        )),
-        4 if !commas => Err(unknown(
-            path,
-            place,
-            "a line of 4 numbers",
-            "one 4x4 pose of a folder annotated_poses? Give the folder",
-        )),
-        count => {
-            let separator = if commas { "commas" } else { "spaces" };
-            let found = format!("{count} fields separated by {separator}");
-            Err(unknown(
-                path,
-                place,
-                &found,
-                "--format says which format it is meant to be",
-            ))
-        }
-    }
-}
-
-fn unknown(path: &Path, place: Place, found: &str, hint: &str) -> Error {
-    let expected =
-        "poses as KITTI (12 numbers a line), TUM (8 numbers), EuRoC or RobotCar csv, or IROS20 npy";
-    Error::input(path, place, expected, found, hint)
+/// RobotCar's own headers; others with the same words are read by the names of their columns.
+fn is_robotcar(text: &str) -> bool {
+    let header = text.lines().map(str::trim).find(|line| !line.is_empty());
+    let header = header.unwrap_or_default().to_ascii_lowercase();
+    let names: Vec<&str> = header.split(',').map(str::trim).collect();
+    let has = |wanted: &[&str]| wanted.iter().all(|name| names.contains(name));
+    has(&[
+        "timestamp",
+        "northing",
+        "easting",
+        "down",
+        "roll",
+        "pitch",
+        "yaw",
+    ]) || has(&[
+        "source_timestamp",
+        "destination_timestamp",
+        "roll",
+        "pitch",
+        "yaw",
+    ])
 }

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::ReadOption;
+
 /// Everything this crate refuses to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -99,6 +101,8 @@ pub struct InputError {
     pub found: String,
     /// What to do about it; may be empty.
     pub hint: String,
+    /// The setting that helps, where one does.
+    pub option: Option<ReadOption>,
 }
 
 /// Where in a file a fault is.
@@ -110,6 +114,10 @@ pub enum Place {
     Line(usize),
     /// An array of a stream of `.npy` arrays, counted from 0 as numpy does.
     Array(usize),
+    /// A pose of an array or a list, counted from 0.
+    Pose(usize),
+    /// A message of a topic, counted from 0.
+    Message(usize),
 }
 
 impl fmt::Display for InputError {
@@ -119,6 +127,8 @@ impl fmt::Display for InputError {
             Place::File => {}
             Place::Line(line) => write!(f, ":{line}")?,
             Place::Array(array) => write!(f, ": array {array}")?,
+            Place::Pose(pose) => write!(f, ": pose {pose}")?,
+            Place::Message(message) => write!(f, ": message {message}")?,
         }
         write!(f, ": expected {}, found {}", self.expected, self.found)?;
         if !self.hint.is_empty() {
@@ -151,6 +161,24 @@ impl Error {
             expected: expected.into(),
             found: found.into(),
             hint: hint.into(),
+            option: None,
         }))
+    }
+
+    /// Points to the setting that helps.
+    pub(crate) fn option(mut self, option: ReadOption) -> Self {
+        if let Self::Input(fault) = &mut self {
+            fault.option = Some(option);
+        }
+        self
+    }
+
+    /// The setting of [`crate::LoadOptions`] that would help, where one does.
+    pub fn read_option(&self) -> Option<ReadOption> {
+        match self {
+            Self::Input(fault) => fault.option,
+            Self::NotOneLog { found: 0, .. } | Self::NoLog { .. } => Some(ReadOption::Format),
+            _ => None,
+        }
     }
 }

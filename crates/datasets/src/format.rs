@@ -23,19 +23,49 @@ pub enum Format {
     Tum,
     /// EuRoC MAV: `state_groundtruth_estimate0/data.csv`, nanoseconds, quaternion with w first.
     Euroc,
+    /// Text with a pose a line whose columns are told by a header or by the data: csv, tsv, estimator output.
+    Csv,
+    /// Text with the 3x4 or 4x4 matrix of a pose a line, with or without a stamp before it.
+    Matrix,
+    /// One `.npy` array of poses: `(n, 4, 4)`, `(n, 3, 4)`, `(n, 12)`, `(n, 16)`, `(n, 7)` or `(n, 8)`.
+    Npy,
+    /// A pose graph: the lines `VERTEX_SE3:QUAT` (or `VERTEX_SE2`) of a g2o file.
+    G2o,
+    /// COLMAP `images.txt`: world to camera, two lines an image.
+    Colmap,
+    /// NeRF `transforms.json`: a list of camera-to-world matrices.
+    Transforms,
+    /// Open3D `.log`: three numbers, then a 4x4 matrix.
+    Open3d,
+    /// An MCAP recording of ROS 1 or ROS 2.
+    Mcap,
+    /// A ROS 1 bag.
+    Bag,
+    /// A ROS 2 bag in SQLite, or a folder with `metadata.yaml`.
+    Rosbag2,
     /// Made by [`crate::synthetic`], not read from a file. Not a member of [`Format::ALL`].
     Synthetic,
 }
 
 impl Format {
     /// The formats that can be read.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 16] = [
         Self::Kitti,
         Self::RobotCar,
         Self::Iros20,
         Self::Iros20Poses,
         Self::Tum,
         Self::Euroc,
+        Self::Csv,
+        Self::Matrix,
+        Self::Npy,
+        Self::G2o,
+        Self::Colmap,
+        Self::Transforms,
+        Self::Open3d,
+        Self::Mcap,
+        Self::Bag,
+        Self::Rosbag2,
     ];
 
     /// The name used on the command line and in files.
@@ -47,6 +77,16 @@ impl Format {
             Self::Iros20Poses => "iros20-poses",
             Self::Tum => "tum",
             Self::Euroc => "euroc",
+            Self::Csv => "csv",
+            Self::Matrix => "matrix",
+            Self::Npy => "npy",
+            Self::G2o => "g2o",
+            Self::Colmap => "colmap",
+            Self::Transforms => "transforms",
+            Self::Open3d => "open3d",
+            Self::Mcap => "mcap",
+            Self::Bag => "bag",
+            Self::Rosbag2 => "rosbag2",
             Self::Synthetic => "synthetic",
         }
     }
@@ -54,12 +94,12 @@ impl Format {
     /// The body frame that the data set defines.
     pub fn frame(self) -> Frame {
         match self {
-            Self::Kitti => Frame::CameraRdf,
+            Self::Kitti | Self::Colmap => Frame::CameraRdf,
             Self::RobotCar => Frame::BodyFrd,
             Self::Iros20 | Self::Iros20Poses => Frame::Object,
-            // TUM and EuRoC files come from any camera, marker or IMU; the file does not say which.
-            Self::Tum | Self::Euroc => Frame::Sensor,
             Self::Synthetic => Frame::BodyFlu,
+            // These come from any camera, marker or IMU; the file does not say which.
+            _ => Frame::Sensor,
         }
     }
 
@@ -68,7 +108,7 @@ impl Format {
         match self {
             Self::Kitti => Some(10.0),
             Self::Iros20 | Self::Iros20Poses => Some(30.0),
-            Self::RobotCar | Self::Tum | Self::Euroc | Self::Synthetic => None,
+            _ => None,
         }
     }
 }
@@ -180,6 +220,15 @@ pub enum RateSource {
     Stamps,
     /// The rate the data set is known for; the file itself has no stamps.
     Nominal,
+    /// Said by the user, [`crate::LoadOptions::rate`].
+    Given,
+    /// Nobody knows: the file has no stamps and its format no rate. [`Rate::UNKNOWN_HERTZ`] is put in.
+    Unknown,
+}
+
+impl Rate {
+    /// What stands for a rate that nobody knows.
+    pub const UNKNOWN_HERTZ: f64 = 10.0;
 }
 
 /// Poses a second.
@@ -197,6 +246,10 @@ impl fmt::Display for Rate {
             RateSource::Stamps => write!(f, "{:.2} Hz", self.hertz),
             RateSource::Nominal => {
                 write!(f, "{:.2} Hz (nominal, the file has no stamps)", self.hertz)
+            }
+            RateSource::Given => write!(f, "{:.2} Hz (as given)", self.hertz),
+            RateSource::Unknown => {
+                write!(f, "{:.2} Hz (unknown, the file has no stamps)", self.hertz)
             }
         }
     }

@@ -2,10 +2,14 @@
 
 use std::collections::HashSet;
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use crate::detect::{detect, is_pose_folder};
+use crate::detect::{detect_bytes, detect_with, is_pose_folder};
 use crate::{Error, Format, LoadOptions, Trajectory, naming, read};
+
+/// The path that stands for standard input.
+const STANDARD_INPUT: &str = "-";
 
 /// Folders are searched this deep; deeper is a loop of links.
 const DEEPEST: usize = 16;
@@ -17,6 +21,8 @@ pub struct Survey {
     pub logs: Vec<PathBuf>,
     /// Visible files that are none, sorted by path.
     pub ignored: Vec<PathBuf>,
+    /// Why, one for each of [`Self::ignored`].
+    pub reasons: Vec<String>,
 }
 
 /// Reads exactly one log: a file, or a folder that holds one.
@@ -51,7 +57,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
                 format!(" ({}, ...)", first.join(", "))
             };
             let hint = if logs.is_empty() {
-                "--format says how to read a file that is not recognised"
+                "a format or columns can be given for a file that is not recognised"
             } else {
                 "name one of them"
             };
@@ -82,12 +88,18 @@ pub fn discover(path: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>, Erro
 /// As [`discover`].
 pub fn survey(path: &Path, options: &LoadOptions) -> Result<Survey, Error> {
     options.check()?;
-    let data = fs::metadata(path).map_err(|source| Error::io(path, source))?;
     let mut survey = Survey::default();
+    if path == Path::new(STANDARD_INPUT) {
+        survey.logs.push(path.to_path_buf());
+        return Ok(survey);
+    }
+    let data = fs::metadata(path).map_err(|source| Error::io(path, source))?;
     if data.is_dir() {
-        search(path, options.format, DEEPEST, &mut survey)?;
+        let mut ignored = Vec::new();
+        search(path, options, DEEPEST, &mut survey.logs, &mut ignored)?;
         survey.logs.sort();
-        survey.ignored.sort();
+        ignored.sort();
+        (survey.ignored, survey.reasons) = ignored.into_iter().unzip();
     } else {
         survey.logs.push(path.to_path_buf());
     }
@@ -96,12 +108,14 @@ pub fn survey(path: &Path, options: &LoadOptions) -> Result<Survey, Error> {
 
 fn search(
     folder: &Path,
-    format: Option<Format>,
+    options: &LoadOptions,
     depth: usize,
-    survey: &mut Survey,
+    logs: &mut Vec<PathBuf>,
+    ignored: &mut Vec<(PathBuf, String)>,
 ) -> Result<(), Error> {
+    let format = options.format;
     if format.is_none_or(|format| format == Format::Iros20Poses) && is_pose_folder(folder) {
-        survey.logs.push(folder.to_path_buf());
+        logs.push(folder.to_path_buf());
         return Ok(());
     }
     for entry in fs::read_dir(folder).map_err(|source| Error::io(folder, source))? {
@@ -114,15 +128,40 @@ fn search(
         }
         if path.is_dir() {
             if depth > 0 {
-                search(&path, format, depth - 1, survey)?;
+                search(&path, options, depth - 1, logs, ignored)?;
             }
-        } else if detect(&path).is_ok_and(|found| format.is_none_or(|wanted| wanted == found)) {
-            survey.logs.push(path);
-        } else {
-            survey.ignored.push(path);
+            continue;
+        }
+        match detect_with(&path, options) {
+            Ok(found) if format.is_none_or(|wanted| wanted == found) => logs.push(path),
+            Ok(found) => ignored.push((path, format!("its format is {found}"))),
+            Err(fault) => {
+                let reason = reason(&fault);
+                ignored.push((path, reason));
+            }
         }
     }
     Ok(())
+}
+
+/// What is wrong with a file, without its path.
+fn reason(fault: &Error) -> String {
+    match fault {
+        Error::Input(fault) => {
+            let place = match fault.place {
+                crate::Place::Line(line) => format!("line {line}: "),
+                _ => String::new(),
+            };
+            let hint = if fault.hint.is_empty() {
+                String::new()
+            } else {
+                format!("; {}", fault.hint)
+            };
+            format!("{place}{}{hint}", fault.found)
+        }
+        Error::Io { source, .. } => source.to_string(),
+        other => other.to_string(),
+    }
 }
 
 /// Reads every log under the paths, in the order of the paths, with unique names and groups
@@ -136,7 +175,7 @@ pub fn load_all(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Trajecto
     for path in paths {
         let logs = discover(path, options)?;
         if logs.is_empty() {
-            let hint = "a log is KITTI, RobotCar, IROS20, TUM or EuRoC poses; --format says how to read other files";
+            let hint = "a log holds poses as text, npy or a recording; a format or columns can be given for other files";
             return Err(Error::NoLog {
                 path: path.clone(),
                 hint,
@@ -162,9 +201,51 @@ pub fn load_all(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Trajecto
 }
 
 fn load_file(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
+    options.check()?;
+    if path != Path::new(STANDARD_INPUT) && path.is_dir() {
+        let format = match options.format {
+            Some(format) => format,
+            None => detect_with(path, options)?,
+        };
+        return match format {
+            Format::Iros20Poses => read::read_folder(path, options),
+            _ => Err(Error::io(path, std::io::ErrorKind::IsADirectory.into())),
+        };
+    }
+    let mut bytes = Vec::new();
+    // A pipe can be read once: the format is found in what was read.
+    let read = if path == Path::new(STANDARD_INPUT) {
+        std::io::stdin().lock().read_to_end(&mut bytes)
+    } else {
+        fs::File::open(path).and_then(|mut file| file.read_to_end(&mut bytes))
+    };
+    read.map_err(|source| Error::io(path, source))?;
+    parse(path, &bytes, options)
+}
+
+/// Reads the one log in the bytes of a file, without a file system; `name` is what messages and the log's name say.
+///
+/// # Errors
+/// What is wrong with the content.
+///
+/// ```
+/// use dose3_datasets::{LoadOptions, load_bytes};
+///
+/// let text = b"0.0 0 0 0 0 0 0 1\n0.1 0.5 0 0 0 0 0 1\n";
+/// let log = load_bytes("drive.tum", text, &LoadOptions::default())?;
+/// assert_eq!((log.name.as_str(), log.len()), ("drive", 2));
+/// # Ok::<(), dose3_datasets::Error>(())
+/// ```
+pub fn load_bytes(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Trajectory, Error> {
+    options.check()?;
+    parse(Path::new(name), bytes, options)
+}
+
+fn parse(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Trajectory, Error> {
+    let bytes = read::unpack(path, bytes)?;
     let format = match options.format {
         Some(format) => format,
-        None => detect(path)?,
+        None => detect_bytes(path, &bytes, true, options)?,
     };
-    read::read(path, format, options)
+    read::read(path, &bytes, format, options.format.is_some(), options)
 }

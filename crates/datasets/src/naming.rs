@@ -32,11 +32,22 @@ const GENERIC: [&str; 18] = [
 /// RobotCar's INS, RTK and odometry of one traversal have the traversal as their group; `rtk` and `vo` are
 /// marked in the name. Elsewhere the group is the name.
 pub(crate) fn name(path: &Path, format: Format) -> (String, String) {
+    if path == Path::new("-") {
+        return ("stdin".to_owned(), "stdin".to_owned());
+    }
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let mut parts: Vec<&str> = Vec::new();
     let mut own = absolute.as_path();
     if let Some(stem) = own.file_stem().and_then(|stem| stem.to_str()) {
-        parts.push(stem);
+        // `00.txt.gz` is the log 00.
+        let packed = own
+            .extension()
+            .is_some_and(|end| end == "gz" || end == "zst");
+        let known = [
+            ".txt", ".csv", ".tum", ".tsv", ".log", ".json", ".g2o", ".npy",
+        ];
+        let inner = known.iter().find_map(|end| stem.strip_suffix(end));
+        parts.push(inner.filter(|_| packed).unwrap_or(stem));
     }
     while let Some(parent) = own.parent() {
         parts.extend(parent.file_name().and_then(|name| name.to_str()));

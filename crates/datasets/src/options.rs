@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::{Error, Format};
+use crate::{Columns, Error, Format, LostKind, StampUnit};
 
 /// Settings of [`crate::load`], [`crate::discover`] and [`crate::load_all`].
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +21,24 @@ pub struct LoadOptions {
     /// A step between stamps longer than this many seconds ends a stretch. `None` is ten times the
     /// median step, but at least half a second.
     pub max_gap: Option<f64>,
+    /// Unit of the stamps in the file. `None` is what the header says, else what the size of the numbers says.
+    pub stamp_unit: Option<StampUnit>,
+    /// Poses a second of files without stamps, or whose stamps are none (an index, all the same). Replaces the
+    /// stamps.
+    pub rate: Option<f64>,
+    /// Which columns of a text file hold the pose. `None` is what the header or the data say.
+    pub columns: Option<Columns>,
+    /// What marks rows without a pose. Empty: NaN and zero rotations, and the identity where the log jumps to it
+    /// and back. Given kinds are the only ones looked for, and `Identity` then means every identity.
+    pub lost: Vec<LostKind>,
+    /// Lost tracking is an error instead of a gap.
+    pub strict: bool,
+    /// Topics of a recording. Empty: its only topic of poses.
+    pub topics: Vec<String>,
+    /// Parent and child frame of a pose to be looked up in the transforms of a recording.
+    pub tf: Option<(String, String)>,
+    /// Take the time a message was recorded for its stamp, not the one in its header.
+    pub record_time: bool,
 }
 
 impl LoadOptions {
@@ -47,6 +65,11 @@ impl LoadOptions {
                 self.quaternion_tolerance,
             );
         }
+        if let Some(rate) = self.rate
+            && !(rate > 0.0 && rate <= 1e6)
+        {
+            return fault("rate in hertz", "above 0 and at most 1e6", rate);
+        }
         match self.max_gap {
             Some(gap) if gap.is_nan() || gap <= 0.0 => {
                 fault("largest gap in seconds", "above 0", gap)
@@ -64,6 +87,14 @@ impl Default for LoadOptions {
             quaternion_tolerance: 1e-2,
             times: None,
             max_gap: None,
+            stamp_unit: None,
+            rate: None,
+            columns: None,
+            lost: Vec::new(),
+            strict: false,
+            topics: Vec::new(),
+            tf: None,
+            record_time: false,
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::{LostSpan, Remark};
+
 /// Repairs made while reading one log. All zero for a clean file.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct LoadReport {
@@ -31,15 +33,25 @@ pub struct LoadReport {
     pub gaps: usize,
     /// The rate in hertz before resampling, where the log was resampled.
     pub resampled_from: Option<f64>,
+    /// Rows without a pose, where tracking was lost; a new stretch starts after each span.
+    pub lost: Vec<LostSpan>,
+    /// What was assumed, and what looks wrong.
+    pub remarks: Vec<Remark>,
 }
 
 impl LoadReport {
-    /// True where the file was read as it is, without any repair (gaps and rounding are no repairs).
+    /// Rows that hold no pose.
+    pub fn lost_rows(&self) -> usize {
+        self.lost.iter().map(|span| span.rows).sum()
+    }
+
+    /// True where the file was read as it is, without any repair (gaps, rounding and remarks are no repairs).
     pub fn is_clean(&self) -> bool {
         let gaps_and_rounding = Self {
             gaps: self.gaps,
             largest_rotation_error: self.largest_rotation_error,
             resampled_from: self.resampled_from,
+            remarks: self.remarks.clone(),
             ..Self::default()
         };
         *self == gaps_and_rounding
@@ -79,7 +91,7 @@ impl LoadReport {
             ),
             (
                 self.missing_frames,
-                "frame(s) missing in the folder, left as gaps in time",
+                "frame(s) missing, left as gaps in time",
             ),
             (
                 self.chain_breaks,
@@ -92,9 +104,41 @@ impl LoadReport {
                 lines.push(format!("{count} {sentence}"));
             }
         }
+        if !self.lost.is_empty() {
+            lines.push(self.lost_line());
+        }
         if let Some(hertz) = self.resampled_from {
             lines.push(format!("resampled from {hertz:.2} Hz by interpolation"));
         }
         lines
+    }
+
+    /// Where tracking was lost, in one sentence.
+    fn lost_line(&self) -> String {
+        const SHOWN: usize = 4;
+        let spans: Vec<String> = self.lost.iter().take(SHOWN).map(span_words).collect();
+        let more = self.lost.len().saturating_sub(SHOWN);
+        let more = if more > 0 {
+            format!(" and {more} more")
+        } else {
+            String::new()
+        };
+        format!(
+            "{} row(s) without a pose in {} place(s), tracking lost, no window crosses them: {}{more}",
+            self.lost_rows(),
+            self.lost.len(),
+            spans.join(", ")
+        )
+    }
+}
+
+fn span_words(span: &LostSpan) -> String {
+    if span.first_row == span.last_row {
+        format!("row {} ({})", span.first_row, span.kind)
+    } else {
+        format!(
+            "rows {} to {} ({})",
+            span.first_row, span.last_row, span.kind
+        )
     }
 }

@@ -5,12 +5,12 @@ mod common;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::bad::Outcome::{Fails, Repairs};
+use common::bad::Outcome::{Fails, Loses, Repairs};
 use common::bad::{Outcome, check};
 use common::{drive, euroc, ins, kitti, kitti_times, npy, tum};
 use dose3_datasets::Place::{File, Line};
 use dose3_datasets::{
-    Error, Format, LoadOptions, LoadReport, load, windows, windows_of_each, write,
+    Error, Format, LoadOptions, LoadReport, LostKind, load, windows, windows_of_each, write,
 };
 
 #[test]
@@ -32,7 +32,15 @@ fn wrong_format_forced() {
                 ..LoadOptions::default()
             };
             match load(&path, &options) {
-                Ok(log) => assert_eq!((forced, log.format, log.len()), (*own, *own, 6)),
+                Ok(log) => {
+                    // Any table of numbers is a csv, KITTI's lines are matrices, and named columns are obeyed
+                    // whatever the format is called.
+                    let named = |format| matches!(format, Format::Tum | Format::Euroc);
+                    let wider = matches!(forced, Format::Csv | Format::Matrix)
+                        || named(forced) && named(*own);
+                    assert!(forced == *own || wider, "{own} as {forced}");
+                    assert_eq!((log.format, log.len()), (forced, 6));
+                }
                 // A file where a folder of one-pose files belongs is an error of the file system.
                 Err(Error::Io { .. }) => assert_eq!(forced, Format::Iros20Poses),
                 Err(Error::Input(fault)) => {
@@ -83,7 +91,7 @@ fn kitti_times_that_do_not_fit() {
         (
             "backward",
             stamps(&["0", "1", "2", "1.5", "4", "5"]),
-            Fails("00_times.txt", Line(4), &["a stamp after 2000000000 ns"]),
+            Fails("00_times.txt", Line(4), &["a stamp after 2 s"]),
         ),
         (
             "empty",
@@ -174,7 +182,7 @@ fn annotated_poses_with_faults() {
         (
             "NaN",
             Box::new(broken("1 0 0 nan\n0 1 0 0\n0 0 1 0\n0 0 0 1\n")),
-            Fails("0000003.txt", Line(1), &["finite"]),
+            Loses(5, LostKind::Nan, &[3]),
         ),
         (
             "transposed",
@@ -194,7 +202,7 @@ fn annotated_poses_with_faults() {
         (
             "BOM and CRLF",
             Box::new(broken(
-                "\u{feff}1 0 0 0\r\n0 1 0 0\r\n0 0 1 0\r\n0 0 0 1\r\n",
+                "\u{feff}0 -1 0 0\r\n1 0 0 0\r\n0 0 1 0\r\n0 0 0 1\r\n",
             )),
             Repairs(6, |r| {
                 r.byte_order_mark = true;

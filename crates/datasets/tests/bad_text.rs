@@ -2,11 +2,11 @@
 
 mod common;
 
-use common::bad::Outcome::{Fails, Repairs};
+use common::bad::Outcome::{Fails, Loses, Repairs};
 use common::bad::{Case, case, check_all};
 use common::{euroc, ins, kitti, kitti_times, tum, vo, with_copy, with_field, with_line};
-use dose3_datasets::LoadReport;
 use dose3_datasets::Place::{File, Line};
+use dose3_datasets::{LoadReport, LostKind};
 
 #[test]
 fn damaged_text_files() {
@@ -112,29 +112,25 @@ fn lines_and_numbers() -> Vec<Case> {
             "NaN in KITTI",
             "00.txt",
             with_field(&kitti(6), 2, 4, "nan"),
-            Fails(
-                "00.txt",
-                Line(2),
-                &["finite", "(column 4)", "`nan`", "remove the poses"],
-            ),
+            Loses(5, LostKind::Nan, &[2]),
         ),
         case(
             "NaN in TUM",
             "a.txt",
             with_field(&tum(6), 3, 5, "NaN"),
-            Fails("a.txt", Line(3), &["finite", "qx", "`NaN`"]),
+            Loses(5, LostKind::Nan, &[3]),
         ),
         case(
             "infinity in EuRoC",
             "data.csv",
             with_field(&euroc(6), 3, 2, "-inf"),
-            Fails("data.csv", Line(3), &["finite", "p_rs_r_x", "`-inf`"]),
+            Loses(5, LostKind::Nan, &[3]),
         ),
         case(
             "infinity in INS",
             "ins.csv",
             with_field(&ins(6), 5, 6, "Infinity"),
-            Fails("ins.csv", Line(5), &["finite", "pitch", "`Infinity`"]),
+            Loses(5, LostKind::Nan, &[5]),
         ),
         case(
             "stray quote in INS",
@@ -146,19 +142,19 @@ fn lines_and_numbers() -> Vec<Case> {
             "word after blank lines of EuRoC",
             "data.csv",
             with_field(&euroc(6), 3, 2, "lost").replacen('\n', "\n\n \r\n\n", 2),
-            Fails("data.csv", Line(9), &["a number for p_rs_r_x", "`lost`"]),
+            Fails("data.csv", Line(9), &["a number for p_RS_R_x", "`lost`"]),
         ),
         case(
             "number too large for f64",
             "00.txt",
             with_field(&kitti(6), 2, 4, "1e999"),
-            Fails("00.txt", Line(2), &["finite", "`1e999`"]),
+            Loses(5, LostKind::Nan, &[2]),
         ),
         case(
             "word for a number",
             "00.txt",
             with_field(&kitti(6), 2, 4, "lost"),
-            Fails("00.txt", Line(2), &["a number", "`lost`", "--format"]),
+            Fails("00.txt", Line(2), &["a number", "`lost`", "format"]),
         ),
         case(
             "coordinate beyond the Earth",
@@ -185,11 +181,7 @@ fn rotations() -> Vec<Case> {
             "zero matrix",
             "00.txt",
             with_line(&kitti(6), 4, ZERO),
-            Fails(
-                "00.txt",
-                Line(4),
-                &["rotation matrix", "singular", "never filled in"],
-            ),
+            Loses(5, LostKind::Zero, &[4]),
         ),
         case(
             "scaled matrix",
@@ -223,17 +215,13 @@ fn rotations() -> Vec<Case> {
             "zero quaternion in TUM",
             "a.txt",
             with_line(&tum(6), 3, "1547215350.1 0 0 0 0 0 0 0"),
-            Fails(
-                "a.txt",
-                Line(3),
-                &["unit quaternion", "norm 0.000000", "remove the line"],
-            ),
+            Loses(5, LostKind::Zero, &[3]),
         ),
         case(
             "zero quaternion in EuRoC",
             "data.csv",
             with_line(&euroc(6), 3, "1547215350100000000,0,0,0,0,0,0,0"),
-            Fails("data.csv", Line(3), &["unit quaternion", "remove the line"]),
+            Loses(5, LostKind::Zero, &[3]),
         ),
         case(
             "degrees for radians",
@@ -305,14 +293,14 @@ fn stamps() -> Vec<Case> {
             Fails(
                 "data.csv",
                 Line(3),
-                &["whole nanoseconds", "`1547215350.1`", "TUM"],
+                &["a stamp after", "1547215350000000000 ns"],
             ),
         ),
         case(
             "stamp that is no number",
             "ins.csv",
             with_field(&ins(6), 3, 1, "-"),
-            Fails("ins.csv", Line(3), &["whole microseconds", "`-`"]),
+            Fails("ins.csv", Line(3), &["a stamp in microseconds", "`-`"]),
         ),
     ]
 }
@@ -410,7 +398,7 @@ fn other_files() -> Vec<Case> {
             "EuRoC header only",
             "data.csv",
             euroc(0),
-            Fails("data.csv", File, &["at least two poses", "found none"]),
+            Fails("data.csv", File, &["only comments"]),
         ),
         case(
             "TUM comment only",
@@ -428,11 +416,7 @@ fn other_files() -> Vec<Case> {
             "a letter",
             "a.txt",
             "Dear reader,\nno poses.",
-            Fails(
-                "a.txt",
-                Line(1),
-                &["KITTI (12 numbers a line)", "text without numbers"],
-            ),
+            Fails("a.txt", Line(1), &["KITTI", "text without numbers"]),
         ),
         case(
             "KITTI times",
@@ -457,14 +441,14 @@ fn other_files() -> Vec<Case> {
             Fails(
                 "gps.csv",
                 Line(1),
-                &["without roll, pitch and yaw", "gps/ins.csv"],
+                &["positions without a rotation", "gps/ins.csv"],
             ),
         ),
         case(
             "INS without yaw",
             "ins.csv",
             "timestamp,northing,easting,down,roll,pitch\n",
-            Fails("ins.csv", Line(1), &["without roll, pitch and yaw"]),
+            Fails("ins.csv", Line(1), &["positions without a rotation"]),
         ),
         case(
             "random bytes",
@@ -476,19 +460,19 @@ fn other_files() -> Vec<Case> {
             "gzip",
             "00.txt",
             b"\x1f\x8b\x08\x00".to_vec(),
-            Fails("00.txt", File, &["gzip", "unpack"]),
+            Fails("00.txt", File, &["gzip", "cut off"]),
         ),
         case(
             "MCAP",
             "a.mcap",
             b"\x89MCAP0\r\n".to_vec(),
-            Fails("a.mcap", File, &["MCAP", "TUM"]),
+            Fails("a.mcap", File, &["MCAP"]),
         ),
         case(
             "UTF-16",
             "00.txt",
             b"\xff\xfe1\0 \0".to_vec(),
-            Fails("00.txt", File, &["UTF-16", "UTF-8"]),
+            Fails("00.txt", Line(1), &["one number a line"]),
         ),
         case(
             "text, then bytes",

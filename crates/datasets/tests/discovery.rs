@@ -88,16 +88,27 @@ fn logs_are_found_by_content_and_sorted() {
             "tum/freiburg1_xyz/rgb.txt",
         ]
     );
+    assert_eq!(found.reasons.len(), found.ignored.len());
+    assert!(
+        found.reasons[0].contains("no columns for the position"),
+        "{:?}",
+        found.reasons
+    );
+    assert!(
+        found.reasons[3].contains("gps/ins.csv"),
+        "{:?}",
+        found.reasons
+    );
     for format in Format::ALL {
         let options = LoadOptions {
             format: Some(format),
             ..options.clone()
         };
         let logs = discover(root.path(), &options).unwrap();
-        let expected = if matches!(format, Format::Kitti | Format::RobotCar) {
-            2
-        } else {
-            1
+        let expected = match format {
+            Format::Kitti | Format::RobotCar => 2,
+            Format::Iros20 | Format::Iros20Poses | Format::Tum | Format::Euroc => 1,
+            _ => 0,
         };
         assert_eq!(logs.len(), expected, "{format}");
     }
@@ -185,10 +196,10 @@ fn names_of_formats_are_read_back() {
     for format in Format::ALL {
         assert_eq!(format.to_string().parse::<Format>().unwrap(), format);
     }
-    let error = "bag".parse::<Format>().unwrap_err().to_string();
-    assert_eq!(
-        error,
-        "unknown format `bag`; expected one of kitti, robotcar, iros20, iros20-poses, tum, euroc"
+    let error = "avi".parse::<Format>().unwrap_err().to_string();
+    assert!(
+        error.starts_with("unknown format `avi`; expected one of kitti, robotcar,"),
+        "{error}"
     );
     assert!("synthetic".parse::<Format>().is_err(), "nothing to read");
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use dose3_datasets::faults::{Control, Fault, Injection};
 use dose3_datasets::{
-    Format, Frame, Kind, LoadOptions, RateSource, Representation, Scaling, Trajectory, discover,
+    Format, Frame, Kind, LoadOptions, RateSource, Representation, Scaling, Trajectory,
     leave_one_out, load, load_all, windows,
 };
 use dose3_lie::Matrix;
@@ -231,7 +231,12 @@ fn faults() {
 #[test]
 fn tum_and_euroc() {
     let Some(root) = data("formats") else { return };
-    let logs = load_all(std::slice::from_ref(&root), &LoadOptions::default()).unwrap();
+    let files = [
+        "euroc_V102_groundtruth.csv",
+        "tum_freiburg1_xyz_groundtruth.txt",
+    ];
+    let files = files.map(|file| root.join(file));
+    let logs = load_all(&files, &LoadOptions::default()).unwrap();
     let found: Vec<_> = logs
         .iter()
         .map(|log| (log.format, log.len(), log.report.gaps))
@@ -245,12 +250,46 @@ fn tum_and_euroc() {
     assert!((tum.rate.hertz - 100.0).abs() < 0.1 && (euroc.rate.hertz - 200.0).abs() < 0.1);
     check(&logs[..1]);
     check(&logs[1..]);
-    assert_eq!(discover(&root, &LoadOptions::default()).unwrap().len(), 2);
-    let mcap = load(
-        &root.join("ros2_nav2_turtlebot.mcap"),
-        &LoadOptions::default(),
-    )
-    .unwrap_err()
-    .to_string();
-    assert!(mcap.contains("MCAP") && mcap.contains("TUM"), "{mcap}");
+}
+
+/// Self-made files with the defects of real ones: all but those whose stamps are lost are read, and to the motion
+/// that they were made from.
+#[test]
+fn field() {
+    let Some(root) = data("field") else { return };
+    let mut files: Vec<PathBuf> = std::fs::read_dir(root)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_none_or(|end| end != "sh"))
+        .collect();
+    files.sort();
+    for file in files {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        let result = load(&file, &LoadOptions::default());
+        if ["b01", "b02", "b03"]
+            .iter()
+            .any(|lost| name.starts_with(lost))
+        {
+            assert!(
+                result.unwrap_err().to_string().contains("say the rate"),
+                "{name}"
+            );
+            continue;
+        }
+        let log = result.unwrap();
+        check(std::slice::from_ref(&log));
+        // The gap of an hour, the index as a stamp: the others are all at 10 Hz and 8 m/s.
+        if name.starts_with("a07") || name.starts_with("b17") {
+            continue;
+        }
+        assert_eq!((log.rate.hertz * 100.0).round(), 1000.0, "{name}");
+        let steps = log.len() - 1 - log.breaks.len() + log.report.missing_frames;
+        let per_step = log.distance() / steps as f64;
+        let expected = if name.starts_with("a06") {
+            1.28..1.29
+        } else {
+            0.75..0.81
+        };
+        assert!(expected.contains(&per_step), "{name}: {per_step}");
+    }
 }

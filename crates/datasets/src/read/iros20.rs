@@ -6,31 +6,25 @@ use std::path::{Path, PathBuf};
 
 use dose3_lie::{Matrix, Pose};
 
-use super::collect::{Collector, nominal_stamp, pose};
+use super::collect::{Collector, pose};
 use super::npy::{NpyFault, Stream};
-use super::table::{Row, check_coordinate};
+use super::table::{Row, Separator, check_coordinate, is_no_value};
 use super::text::Text;
 use crate::error::Place;
-use crate::{Error, Format, LoadOptions, LoadReport, Trajectory};
+use crate::{Error, Format, LoadOptions, LoadReport, LostKind, ReadOption, RowKind, Trajectory};
 
-const NOMINAL_HERTZ: f64 = 30.0;
 /// Largest deviation of the last row from (0, 0, 0, 1).
 const LAST_ROW_TOLERANCE: f64 = 1e-6;
 
-/// Reads arrays of shape (4, 4) or (n, 4, 4) until the end of the file.
-pub(crate) fn read_stream(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
-    let bytes = fs::read(path).map_err(|source| Error::io(path, source))?;
+/// Reads arrays of shape (4, 4) one after another until the end of the file.
+pub(crate) fn read_stream(
+    path: &Path,
+    bytes: &[u8],
+    options: &LoadOptions,
+) -> Result<Trajectory, Error> {
     let mut collector = Collector::new(path, options);
-    if bytes.is_empty() {
-        return Err(Error::input(
-            path,
-            Place::File,
-            "poses",
-            "an empty file",
-            "the recording may have failed",
-        ));
-    }
-    let mut stream = Stream::new(&bytes);
+    collector.rows_are(RowKind::Record);
+    let mut stream = Stream::new(bytes);
     let mut count = 0;
     while !stream.is_empty() {
         let place = Place::Array(count);
@@ -42,36 +36,23 @@ pub(crate) fn read_stream(path: &Path, options: &LoadOptions) -> Result<Trajecto
             }
             Err(fault) => return Err(npy_error(path, place, fault)),
         };
-        match *array.shape() {
-            [4, 4] => push(&mut collector, path, place, |row, column| {
-                array.get(&[row, column])
-            })?,
-            [poses, 4, 4] => {
-                // As many poses as there are bytes for: the number fits.
-                for index in 0..poses as usize {
-                    push(&mut collector, path, place, |row, column| {
-                        array.get(&[index, row, column])
-                    })?;
-                }
-            }
-            _ => {
-                let hint = "a pose is a 4x4 matrix; other shapes have to be converted first";
-                let found = format!("the shape {:?}", array.shape());
-                return Err(Error::input(
-                    path,
-                    place,
-                    "an array of shape (4, 4) or (n, 4, 4)",
-                    found,
-                    hint,
-                ));
-            }
-        }
+        let [4, 4] = *array.shape() else {
+            let hint = "a stream has a 4x4 matrix for each pose; one array of many poses is the format npy";
+            let found = format!("the shape {:?}", array.shape());
+            return Err(
+                Error::input(path, place, "an array of shape (4, 4)", found, hint)
+                    .option(ReadOption::Format),
+            );
+        };
+        let entry = |row: usize, column: usize| array.get(&[row, column]);
+        push_matrix(&mut collector, Format::Iros20, path, place, entry)?;
         count += 1;
     }
-    collector.finish_nominal(Format::Iros20, NOMINAL_HERTZ)
+    collector.finish_without_stamps(Format::Iros20)
 }
 
-fn npy_error(path: &Path, place: Place, fault: NpyFault) -> Error {
+/// The error for a damaged array.
+pub(crate) fn npy_error(path: &Path, place: Place, fault: NpyFault) -> Error {
     match fault {
         NpyFault::Truncated => Error::input(
             path,
@@ -97,21 +78,35 @@ fn npy_error(path: &Path, place: Place, fault: NpyFault) -> Error {
     }
 }
 
-/// Takes the next pose of a log without stamps.
-fn push(
+/// Takes the next matrix of a log without stamps, or counts it as lost.
+pub(crate) fn push_matrix(
     collector: &mut Collector<'_>,
+    format: Format,
     path: &Path,
     place: Place,
     entry: impl Fn(usize, usize) -> f64,
 ) -> Result<(), Error> {
+    let row = collector.seen() as u64;
+    let stamp = collector.next_nominal(format);
+    if let Some(kind) = lost(collector, &entry) {
+        return collector.lose(place, row, Some(stamp), kind);
+    }
     let pose = pose_from_matrix(collector, path, place, entry)?;
-    let index = collector.len();
-    let stamp = nominal_stamp(index, NOMINAL_HERTZ);
-    collector.push_row(place, index as u64, stamp, pose)
+    collector.push_row(place, row, stamp, pose)
+}
+
+/// How a matrix says that there is no pose.
+fn lost(collector: &Collector<'_>, entry: &impl Fn(usize, usize) -> f64) -> Option<LostKind> {
+    let cells = || (0..3).flat_map(|row| (0..4).map(move |column| (row, column)));
+    if cells().any(|(row, column)| !entry(row, column).is_finite()) {
+        return collector.looks_for(LostKind::Nan).then_some(LostKind::Nan);
+    }
+    let zero = cells().all(|(row, column)| column == 3 || entry(row, column).abs() < 1e-6);
+    (zero && collector.looks_for(LostKind::Zero)).then_some(LostKind::Zero)
 }
 
 /// Checks a 4x4 matrix and takes it apart.
-fn pose_from_matrix(
+pub(crate) fn pose_from_matrix(
     collector: &mut Collector<'_>,
     path: &Path,
     place: Place,
@@ -158,6 +153,7 @@ fn pose_from_matrix(
 pub(crate) fn read_folder(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
     let frames = frame_files(path)?;
     let mut collector = Collector::new(path, options);
+    collector.rows_are(RowKind::File);
     let Some(first) = frames.first().map(|(number, _)| *number) else {
         let hint = "the poses are in files like annotated_poses/0000000.txt";
         return Err(Error::input(
@@ -178,17 +174,17 @@ pub(crate) fn read_folder(path: &Path, options: &LoadOptions) -> Result<Trajecto
         collector.report.byte_order_mark |= report.byte_order_mark;
         collector.report.crlf_lines += report.crlf_lines;
         collector.report.blank_lines += report.blank_lines;
-        let pose = pose_from_matrix(&mut collector, file, Place::File, |row, column| {
-            values[4 * row + column]
-        })?;
-        collector.push_row(
-            Place::File,
-            *number,
-            nominal_stamp((number - first) as usize, NOMINAL_HERTZ),
-            pose,
-        )?;
+        let entry = |row: usize, column: usize| values[4 * row + column];
+        let index = (number - first) as usize;
+        let stamp = collector.nominal(Format::Iros20Poses, index);
+        if let Some(kind) = lost(&collector, &entry) {
+            collector.lose(Place::File, *number, Some(stamp), kind)?;
+            continue;
+        }
+        let pose = pose_from_matrix(&mut collector, file, Place::File, entry)?;
+        collector.push_row(Place::File, *number, stamp, pose)?;
     }
-    collector.finish_nominal(Format::Iros20Poses, NOMINAL_HERTZ)
+    collector.finish_without_stamps(Format::Iros20Poses)
 }
 
 /// The files of a folder whose name is a number, with that number, in its order.
@@ -215,11 +211,14 @@ pub(crate) fn frame_files(folder: &Path) -> Result<Vec<(u64, PathBuf)>, Error> {
 
 /// Reads the 16 numbers of one text file, four a line.
 fn read_matrix(path: &Path, report: &mut LoadReport) -> Result<[f64; 16], Error> {
-    let text = Text::read(path, report)?;
+    let bytes = fs::read(path).map_err(|source| Error::io(path, source))?;
+    let text = Text::new(path, &bytes, report)?;
     let mut values = [0.0; 16];
     let mut rows = 0;
+    let mut fields = Vec::new();
     for line in text.lines() {
-        let row = Row::spaces(path, &line);
+        Separator::Blanks.split(line.text, &mut fields);
+        let row = Row::new(path, &line, &fields);
         if row.len() != 4 || rows == 4 {
             return Err(row.wrong_length(
                 "four lines of 4 numbers",
@@ -227,7 +226,12 @@ fn read_matrix(path: &Path, report: &mut LoadReport) -> Result<[f64; 16], Error>
             ));
         }
         for column in 0..4 {
-            values[4 * rows + column] = row.number(column, "the matrix")?;
+            let field = row.field(column, "the matrix")?;
+            values[4 * rows + column] = if is_no_value(field) {
+                f64::NAN
+            } else {
+                row.number(column, "the matrix")?
+            };
         }
         rows += 1;
     }

@@ -1,39 +1,69 @@
-//! The readers: one file per format, and what they share.
+//! The readers, from bytes: one file per kind of format, and what they share.
 
+mod arrays;
 mod collect;
-mod euroc;
+pub(crate) mod columns;
+mod graphs;
+mod guess;
 mod iros20;
 mod kitti;
+mod layout;
 mod npy;
 mod numbers;
-mod records;
+mod plausible;
 mod robotcar;
+mod sheet;
 mod table;
 mod text;
-mod tum;
+mod unpack;
 
 use std::path::Path;
 
+use crate::error::Place;
 use crate::{Error, Format, LoadOptions, Trajectory};
 
+pub(crate) use arrays::is_stream;
 pub(crate) use collect::euler_rotation;
-pub(crate) use iros20::frame_files;
+pub(crate) use graphs::detect as detect_graph;
+pub(crate) use iros20::{frame_files, read_folder};
+pub(crate) use layout::{Layout, unknown};
 pub(crate) use npy::write_4x4;
-pub(crate) use text::{signature, split_fields};
+pub(crate) use text::{Text, signature};
+pub(crate) use unpack::unpack;
 
-/// Reads one log of a known format.
+/// Reads the one log in the unpacked bytes of a file; `named` where the user said the format.
+///
+/// `path` is for messages and names; where it is a file, times may lie beside it.
 pub(crate) fn read(
     path: &Path,
+    bytes: &[u8],
     format: Format,
+    named: bool,
     options: &LoadOptions,
 ) -> Result<Trajectory, Error> {
     match format {
-        Format::Kitti => kitti::read(path, options),
-        Format::RobotCar => robotcar::read(path, options),
-        Format::Iros20 => iros20::read_stream(path, options),
-        Format::Iros20Poses => iros20::read_folder(path, options),
-        Format::Tum => tum::read(path, options),
-        Format::Euroc => euroc::read(path, options),
+        Format::RobotCar => robotcar::read(path, bytes, options),
+        Format::Iros20 => iros20::read_stream(path, bytes, options),
+        Format::Npy => arrays::read(path, bytes, options),
+        Format::G2o => graphs::read_g2o(path, bytes, options),
+        Format::Colmap => graphs::read_colmap(path, bytes, options),
+        Format::Transforms => graphs::read_transforms(path, bytes, options),
+        Format::Open3d => graphs::read_open3d(path, bytes, options),
+        Format::Kitti | Format::Tum | Format::Euroc | Format::Csv | Format::Matrix => {
+            let times = match format {
+                Format::Kitti => kitti::times_path(path, options),
+                _ => None,
+            };
+            sheet::read(path, bytes, named.then_some(format), times, options)
+        }
+        Format::Iros20Poses => read_folder(path, options),
+        Format::Mcap | Format::Bag | Format::Rosbag2 => Err(Error::input(
+            path,
+            Place::File,
+            "poses",
+            format!("a recording ({format})"),
+            "this build does not read recordings; export the poses to a TUM file",
+        )),
         Format::Synthetic => Err(Error::UnknownName {
             what: "format to read",
             found: format.to_string(),

@@ -56,6 +56,15 @@ impl<'a> Stream<'a> {
         self.rest.is_empty()
     }
 
+    /// The shape of the next array.
+    pub fn shape(&self) -> Result<Vec<u64>, NpyFault> {
+        let bytes = header_bytes(self.rest)?;
+        check_header(bytes)?;
+        let header = NpyHeader::from_reader(bytes)
+            .map_err(|fault| NpyFault::NotNpy(format!("a damaged header: {fault}")))?;
+        Ok(header.shape().to_vec())
+    }
+
     /// Takes the next array off the front.
     pub fn take(&mut self) -> Result<Array, NpyFault> {
         let bytes = header_bytes(self.rest)?;

@@ -6,31 +6,48 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use dose3_lie::Pose;
+use dose3_lie::{Pose, Rotation, Vector};
 
 use super::collect::{Collector, euler_rotation, pose};
-use super::records::Records;
-use super::table::{Row, shorten};
+use super::guess;
+use super::table::{Row, Separator, is_no_value, shorten};
 use super::text::Text;
 use crate::error::Place;
-use crate::{Error, Format, LoadOptions, StampUnit, Trajectory};
+use crate::{
+    Error, Format, LoadOptions, LostKind, ReadOption, Remark, RemarkKind, StampUnit, Trajectory,
+};
+
+const COMMA: Separator = Separator::Character(',');
 
 /// Two turns: larger angles are degrees, not radians.
 const LARGEST_ANGLE: f64 = 4.0 * std::f64::consts::PI;
 
-pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
+pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Trajectory, Error> {
     let mut collector = Collector::new(path, options);
-    let text = Text::read(path, &mut collector.report)?;
-    let mut records = Records::new(path, &text);
-    let columns = Columns::new(path, records.next_row()?);
+    collector.stamps_in(StampUnit::Microseconds);
+    let text = Text::new(path, bytes, &mut collector.report)?;
+    let mut lines = text.lines();
+    let mut fields = Vec::new();
+    let header = lines.next();
+    if let Some(header) = &header {
+        COMMA.split(header.text, &mut fields);
+    }
+    let columns = Columns::new(
+        path,
+        header.as_ref().map(|line| Row::new(path, line, &fields)),
+    );
     let relative = columns.index.contains_key("source_timestamp");
     let reader = if relative {
         Reader::relative(&columns)?
     } else {
         Reader::absolute(&columns)?
     };
-    while let Some(row) = records.next_row()? {
-        if row.is_cut_off(columns.count) {
+    let unit = options.stamp_unit.unwrap_or(StampUnit::Microseconds);
+    let mut readings = Readings::default();
+    for line in lines {
+        COMMA.split(line.text, &mut fields);
+        let row = Row::new(path, &line, &fields);
+        if row.is_cut_off(columns.count, None) {
             collector.report.truncated_tail += 1;
             continue;
         }
@@ -38,18 +55,55 @@ pub(crate) fn read(path: &Path, options: &LoadOptions) -> Result<Trajectory, Err
             let expected = format!("{} fields as in the header", columns.count);
             return Err(row.wrong_length(expected, "the line is cut off or two lines ran together"));
         }
-        let stamp = row.stamp(reader.stamps[0], StampUnit::Microseconds)?;
+        if !relative && reader.is_empty(&row) && collector.looks_for(LostKind::Nan) {
+            let stamp = row.stamp(reader.stamps[0], unit).ok();
+            collector.lose(row.place(), line.number as u64, stamp, LostKind::Nan)?;
+            continue;
+        }
+        let stamp = row.stamp(reader.stamps[0], unit)?;
         let value = reader.pose(path, &row)?;
         if relative {
-            let other = row.stamp(reader.stamps[1], StampUnit::Microseconds)?;
+            let other = row.stamp(reader.stamps[1], unit)?;
             let stamps = [stamp.min(other), stamp.max(other)];
             chain(&mut collector, path, row.place(), stamps, value)?;
         } else {
+            readings.take(reader.angles(path, &row)?, value);
             collector.push(row.place(), stamp, value)?;
         }
     }
-    collector.stamps_in(StampUnit::Microseconds);
+    collector.report.remarks.extend(readings.remark());
     collector.finish(Format::RobotCar)
+}
+
+/// The first poses read as radians, as they must be, and as degrees.
+#[derive(Default)]
+struct Readings {
+    positions: Vec<Vector>,
+    radians: Vec<Rotation>,
+    degrees: Vec<Rotation>,
+}
+
+impl Readings {
+    fn take(&mut self, [roll, pitch, yaw]: [f64; 3], pose: Pose) {
+        const ENOUGH: usize = 5000;
+        if self.positions.len() < ENOUGH {
+            self.positions.push(pose.translation);
+            self.radians.push(pose.rotation);
+            let [roll, pitch, yaw] = [roll, pitch, yaw].map(f64::to_radians);
+            self.degrees.push(euler_rotation(roll, pitch, yaw));
+        }
+    }
+
+    fn remark(&self) -> Option<Remark> {
+        let ratio = guess::preference(&self.positions, &self.radians, &self.degrees);
+        (ratio * guess::OVERRULED < 1.0).then(|| {
+            let text = format!(
+                "the angles are read as radians, but as degrees the body would move {:.0} times more evenly along its own axes: are they degrees?",
+                1.0 / ratio
+            );
+            Remark::new(RemarkKind::ImplausibleAttitude, text).option(ReadOption::Columns)
+        })
+    }
 }
 
 /// Appends a relative pose: `T(later) = T(earlier) * relative`, as the development kit chains them, whichever
@@ -100,15 +154,15 @@ struct Columns<'a> {
 }
 
 impl<'a> Columns<'a> {
-    fn new(path: &'a Path, header: Option<Row<'_>>) -> Self {
-        let fields = header.as_ref().map_or(&[][..], Row::fields);
+    fn new(path: &'a Path, header: Option<Row<'_, '_>>) -> Self {
+        let fields = header.map_or(&[][..], |row| row.fields());
         let mut index = HashMap::new();
         for (column, name) in fields.iter().enumerate() {
             index.entry(name.to_ascii_lowercase()).or_insert(column);
         }
         Self {
             path,
-            place: header.as_ref().map_or(Place::File, Row::place),
+            place: header.map_or(Place::File, |row| row.place()),
             header: fields.join(","),
             index,
             count: fields.len(),
@@ -163,11 +217,23 @@ impl Reader {
         })
     }
 
-    fn pose(&self, path: &Path, row: &Row<'_>) -> Result<Pose, Error> {
+    /// True where a number of the pose is missing.
+    fn is_empty(&self, row: &Row<'_, '_>) -> bool {
+        let columns = self.translation.iter().chain(&self.angles);
+        let mut fields = columns.filter_map(|(column, _)| row.fields().get(*column));
+        fields.any(|field| is_no_value(field))
+    }
+
+    fn pose(&self, path: &Path, row: &Row<'_, '_>) -> Result<Pose, Error> {
         let mut translation = [0.0; 3];
         for (value, (column, name)) in translation.iter_mut().zip(self.translation) {
             *value = row.coordinate(column, name)?;
         }
+        let [roll, pitch, yaw] = self.angles(path, row)?;
+        Ok(pose(euler_rotation(roll, pitch, yaw), translation))
+    }
+
+    fn angles(&self, path: &Path, row: &Row<'_, '_>) -> Result<[f64; 3], Error> {
         let mut angle = [0.0; 3];
         for (value, (column, name)) in angle.iter_mut().zip(self.angles) {
             *value = row.number(column, name)?;
@@ -181,7 +247,6 @@ impl Reader {
                 ));
             }
         }
-        let [roll, pitch, yaw] = angle;
-        Ok(pose(euler_rotation(roll, pitch, yaw), translation))
+        Ok(angle)
     }
 }

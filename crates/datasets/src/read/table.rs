@@ -5,39 +5,101 @@ use std::path::Path;
 use super::numbers::{StampFault, decimal};
 use super::text::Line;
 use crate::error::Place;
-use crate::{Error, StampUnit};
+use crate::{Error, ReadOption, StampUnit};
 
 /// Coordinates beyond this many metres are no pose log (UTM and Earth-centred ones stay below 1e7).
 const LARGEST_COORDINATE: f64 = 1e9;
 
-/// The fields of one line.
-pub(crate) struct Row<'a> {
-    path: &'a Path,
-    line: usize,
-    unterminated: bool,
-    fields: Vec<&'a str>,
+/// How fields are separated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Separator {
+    /// Any number of blanks and tabs.
+    Blanks,
+    /// One character.
+    Character(char),
 }
 
-impl<'a> Row<'a> {
-    /// Splits the line at white space.
-    pub fn spaces(path: &'a Path, line: &Line<'a>) -> Self {
-        let fields = line.text.split_ascii_whitespace().collect();
-        Self::new(path, line.number, line.unterminated, fields)
+impl Separator {
+    /// The separator of a line: semicolon, tab or comma where it has several or a name at one, else blanks.
+    ///
+    /// A comma between digits in a line with blanks is a decimal comma.
+    pub fn of(line: &str) -> Self {
+        if line.contains(';') {
+            Self::Character(';')
+        } else if line.contains('\t') && !line.contains(',') {
+            Self::Character('\t')
+        } else if line.contains(',') && !decimal_commas(line) {
+            Self::Character(',')
+        } else {
+            Self::Blanks
+        }
     }
 
-    /// A row of line `line` (counted from 1) from its fields; `unterminated` as in [`Line`].
-    pub fn new(path: &'a Path, line: usize, unterminated: bool, fields: Vec<&'a str>) -> Self {
+    /// The fields of a line without outer white space and quotes.
+    pub fn split<'a>(self, line: &'a str, fields: &mut Vec<&'a str>) {
+        fields.clear();
+        match self {
+            Self::Blanks => fields.extend(line.split_ascii_whitespace()),
+            Self::Character(character) => {
+                fields.extend(line.split(character).map(|field| unquoted(field.trim())));
+            }
+        }
+    }
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Blanks => "spaces",
+            Self::Character(';') => "semicolons",
+            Self::Character('\t') => "tabs",
+            Self::Character(_) => "commas",
+        }
+    }
+}
+
+/// True where every field between blanks is a number with one comma in it.
+fn decimal_commas(line: &str) -> bool {
+    let mut fields = line.split_ascii_whitespace().peekable();
+    let number = |field: &str| {
+        field.matches(',').count() == 1
+            && field.split(',').all(|part| !part.is_empty())
+            && field
+                .bytes()
+                .all(|byte| byte.is_ascii_digit() || b",+-eE".contains(&byte))
+    };
+    line.split_ascii_whitespace().count() > 1 && fields.all(number)
+}
+
+fn unquoted(field: &str) -> &str {
+    field
+        .strip_prefix('"')
+        .and_then(|field| field.strip_suffix('"'))
+        .unwrap_or(field)
+}
+
+/// The fields of one line.
+#[derive(Clone, Copy)]
+pub(crate) struct Row<'r, 'a> {
+    path: &'r Path,
+    line: usize,
+    unterminated: bool,
+    fields: &'r [&'a str],
+}
+
+impl<'r, 'a> Row<'r, 'a> {
+    /// A row of a line from its fields.
+    pub fn new(path: &'r Path, line: &Line<'_>, fields: &'r [&'a str]) -> Self {
         Self {
             path,
-            line,
-            unterminated,
+            line: line.number,
+            unterminated: line.unterminated,
             fields,
         }
     }
 
     /// The fields, without outer white space.
-    pub fn fields(&self) -> &[&'a str] {
-        &self.fields
+    pub fn fields(&self) -> &'r [&'a str] {
+        self.fields
     }
 
     /// Where the row is.
@@ -52,13 +114,16 @@ impl<'a> Row<'a> {
 
     /// True for the last line of a file that ends within it: fewer than `columns` fields, or a last field
     /// that is the beginning of a number. Such a line is what a crash or a full disk leaves behind.
-    pub fn is_cut_off(&self, columns: usize) -> bool {
+    ///
+    /// `digits` is the number of characters after the point that all last fields before have, where they agree.
+    pub fn is_cut_off(&self, columns: usize, digits: Option<usize>) -> bool {
         let last_is_broken = || match self.fields.last() {
             Some(last) => {
                 let begins_like_a_number = last
                     .bytes()
                     .all(|byte| byte.is_ascii_digit() || b"+-.eE".contains(&byte));
-                begins_like_a_number && last.parse::<f64>().is_err()
+                let shorter = digits.is_some_and(|digits| after_point(last) < digits);
+                begins_like_a_number && (shorter || last.parse::<f64>().is_err())
             }
             None => true,
         };
@@ -86,16 +151,17 @@ impl<'a> Row<'a> {
                 self.place(),
                 format!("a finite number for {name} (column {})", column + 1),
                 format!("`{}`", shorten(field)),
-                "remove the poses without a value; with stamps the hole is then seen as a gap, \
-                 without stamps cut the file there",
-            )),
+                "there is no value; remove the row, or let it count as lost tracking",
+            )
+            .option(ReadOption::Lost)),
             Err(_) => Err(Error::input(
                 self.path,
                 self.place(),
                 format!("a number for {name} (column {})", column + 1),
                 format!("`{}`", shorten(field)),
-                "is this the right file and format? --format chooses another one",
-            )),
+                number_hint(field),
+            )
+            .option(ReadOption::Format)),
         }
     }
 
@@ -111,9 +177,9 @@ impl<'a> Row<'a> {
         let field = self.field(column, "the stamp")?;
         let words = match unit {
             StampUnit::Seconds => "a stamp in seconds",
-            StampUnit::Milliseconds => "a stamp in whole milliseconds",
-            StampUnit::Microseconds => "a stamp in whole microseconds",
-            StampUnit::Nanoseconds => "a stamp in whole nanoseconds",
+            StampUnit::Milliseconds => "a stamp in milliseconds",
+            StampUnit::Microseconds => "a stamp in microseconds",
+            StampUnit::Nanoseconds => "a stamp in nanoseconds",
         };
         let fault = |hint: &str| {
             Err(Error::input(
@@ -124,25 +190,20 @@ impl<'a> Row<'a> {
                 hint,
             ))
         };
-        if unit != StampUnit::Seconds
-            && !field
-                .bytes()
-                .all(|byte| byte.is_ascii_digit() || byte == b'-')
-        {
-            return fault("stamps with a decimal point are seconds; a TUM file has those");
-        }
         match decimal(field, unit.shift()) {
             Ok(stamp) => Ok(stamp),
             Err(StampFault::NotANumber) => {
-                fault("is this the right file and format? --format chooses another one")
+                fault("is this the right file and format? Another format can be chosen")
             }
             Err(StampFault::OutOfRange) => fault(
-                "the number is too large for this unit; are these milli-, micro- or nanoseconds?",
-            ),
+                "the number is too large for this unit; are these milli-, micro- or nanoseconds? Say the unit of the stamps",
+            )
+            .map_err(|fault| fault.option(ReadOption::StampUnit)),
         }
     }
 
-    fn field(&self, column: usize, name: &str) -> Result<&'a str, Error> {
+    /// The field in a column.
+    pub fn field(&self, column: usize, name: &str) -> Result<&'a str, Error> {
         self.fields.get(column).copied().ok_or_else(|| {
             self.wrong_length(
                 format!("{name} in column {}", column + 1),
@@ -150,6 +211,40 @@ impl<'a> Row<'a> {
             )
         })
     }
+}
+
+/// Characters of a number after its point; 0 without one.
+pub(crate) fn after_point(field: &str) -> usize {
+    field.find('.').map_or(0, |point| field.len() - point - 1)
+}
+
+/// True for the words that stand where there is no value: `nan`, `-nan(ind)`, `1.#IND`, `inf`, `null`, nothing.
+pub(crate) fn is_no_value(field: &str) -> bool {
+    let word = field.trim_start_matches(['+', '-']).to_ascii_lowercase();
+    matches!(
+        word.as_str(),
+        "" | "nan" | "inf" | "infinity" | "null" | "none" | "na" | "n/a"
+    ) || word.starts_with("nan(")
+        || word.starts_with("1.#")
+        || field.parse::<f64>().is_ok_and(|value| !value.is_finite())
+}
+
+fn number_hint(field: &str) -> &'static str {
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    let unsigned = field.trim_start_matches(['+', '-']);
+    if unsigned
+        .split_once(',')
+        .is_some_and(|(a, b)| digits(a) && digits(b))
+    {
+        return "this is a decimal comma; write numbers with a point";
+    }
+    if unsigned
+        .split_once(['d', 'D'])
+        .is_some_and(|(a, _)| a.parse::<f64>().is_ok())
+    {
+        return "this is a Fortran exponent; write numbers with `e`";
+    }
+    "is this the right file and format? Another format can be chosen"
 }
 
 /// Refuses coordinates that no log on Earth has.

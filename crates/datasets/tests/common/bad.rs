@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use dose3_datasets::{Error, LoadOptions, LoadReport, Place, load};
+use dose3_datasets::{Error, LoadOptions, LoadReport, LostKind, Place, load};
 
 /// What must come of a case.
 pub enum Outcome {
@@ -11,8 +11,10 @@ pub enum Outcome {
     Fails(&'static str, Place, &'static [&'static str]),
     /// A log of so many poses whose report is that of a clean file but for these changes.
     Repairs(usize, fn(&mut LoadReport)),
+    /// A log of so many poses that lost tracking in these rows, for this reason, and an error where reading is strict.
+    Loses(usize, LostKind, &'static [u64]),
 }
-use Outcome::{Fails, Repairs};
+use Outcome::{Fails, Loses, Repairs};
 
 /// One damaged file.
 pub struct Case {
@@ -43,13 +45,15 @@ pub fn check_all(cases: Vec<Case>) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(case.file);
         fs::write(&path, &case.content).unwrap();
-        check(
-            case.name,
-            &path,
-            folder.path(),
-            &LoadOptions::default(),
-            &case.outcome,
-        );
+        let _ = std::panic::catch_unwind(|| {
+            check(
+                case.name,
+                &path,
+                folder.path(),
+                &LoadOptions::default(),
+                &case.outcome,
+            )
+        });
     }
 }
 
@@ -60,6 +64,7 @@ pub fn check(name: &str, path: &Path, folder: &Path, options: &LoadOptions, outc
         (Repairs(poses, change), Ok(log)) => {
             let mut expected = LoadReport {
                 largest_rotation_error: log.report.largest_rotation_error,
+                remarks: log.report.remarks.clone(),
                 ..LoadReport::default()
             };
             change(&mut expected);
@@ -83,6 +88,28 @@ pub fn check(name: &str, path: &Path, folder: &Path, options: &LoadOptions, outc
                 );
             }
         }
+        (Loses(poses, kind, rows), Ok(log)) => {
+            assert_eq!(log.len(), *poses, "{name}");
+            let spans = &log.report.lost;
+            let lost = spans.iter().flat_map(|span| span.first_row..=span.last_row);
+            assert_eq!(lost.collect::<Vec<_>>(), *rows, "{name}");
+            assert_eq!(log.report.lost_rows(), rows.len(), "{name}");
+            assert!(
+                spans.iter().all(|span| span.kind == *kind),
+                "{name}: {spans:?}"
+            );
+            assert!(
+                spans.iter().all(|span| log.breaks.contains(&span.before)),
+                "{name}"
+            );
+            let strict = LoadOptions {
+                strict: true,
+                ..options.clone()
+            };
+            let error = load(path, &strict).unwrap_err().to_string();
+            assert!(error.contains("tracking was lost"), "{name}: {error}");
+        }
+        (Loses(..), Err(error)) => panic!("{name}: expected lost rows, got {error}"),
         (Fails(file, place, words), Err(Error::Input(fault))) => {
             assert_eq!(
                 (fault.path.as_path(), fault.place),

@@ -1,0 +1,91 @@
+//! One `.npy` array of poses: matrices, or positions with quaternions, with or without stamps.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::collect::Collector;
+use super::iros20::{npy_error, push_matrix};
+use super::npy::{Array, Stream};
+use super::sheet;
+use crate::error::Place;
+use crate::{Error, Format, LoadOptions, RowKind, Trajectory};
+
+/// True for a file whose first array is a single 4x4 matrix: a stream of the IROS20 data.
+pub(crate) fn is_stream(bytes: &[u8]) -> bool {
+    match Stream::new(bytes).shape() {
+        Ok(shape) => shape == [4, 4],
+        Err(_) => true,
+    }
+}
+
+pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Trajectory, Error> {
+    let array = Stream::new(bytes)
+        .take()
+        .map_err(|fault| npy_error(path, Place::Array(0), fault))?;
+    let mut collector = Collector::new(path, options);
+    collector.rows_are(RowKind::Record);
+    match *array.shape() {
+        [count, rows @ (3 | 4), 4] => {
+            for index in 0..count as usize {
+                let entry = |row: usize, column: usize| match (row, rows) {
+                    (3, 3) => [0.0, 0.0, 0.0, 1.0][column],
+                    _ => array.get(&[index, row, column]),
+                };
+                push_matrix(&mut collector, Format::Npy, path, Place::Pose(index), entry)?;
+            }
+            collector.finish_without_stamps(Format::Npy)
+        }
+        [count, width @ (12 | 16)] => {
+            for index in 0..count as usize {
+                let entry = |row: usize, column: usize| match (row, width) {
+                    (3, 12) => [0.0, 0.0, 0.0, 1.0][column],
+                    _ => array.get(&[index, 4 * row + column]),
+                };
+                push_matrix(&mut collector, Format::Npy, path, Place::Pose(index), entry)?;
+            }
+            collector.finish_without_stamps(Format::Npy)
+        }
+        [_, 7 | 8 | 13 | 17] => as_text(path, &array, options),
+        _ => Err(Error::input(
+            path,
+            Place::Array(0),
+            "an array of shape (n, 4, 4), (n, 3, 4), (n, 12), (n, 16), (n, 7) or (n, 8)",
+            format!("the shape {:?}", array.shape()),
+            "a pose is a matrix, or position and quaternion with or without a stamp; other shapes have to be converted first",
+        )),
+    }
+}
+
+/// Rows of numbers are what a text file without a header holds: the same rules tell their order and units.
+fn as_text(path: &Path, array: &Array, options: &LoadOptions) -> Result<Trajectory, Error> {
+    let (count, width) = (array.shape()[0], array.shape()[1]);
+    let mut text = String::new();
+    for row in 0..count as usize {
+        for column in 0..width as usize {
+            // Writing to a String cannot fail.
+            let _ = write!(text, "{} ", array.get(&[row, column]));
+        }
+        text.push('\n');
+    }
+    let mut log =
+        sheet::read(path, text.as_bytes(), Some(Format::Npy), None, options).map_err(as_pose)?;
+    log.row_kind = RowKind::Record;
+    log.rows.iter_mut().for_each(|row| *row -= 1);
+    for span in &mut log.report.lost {
+        (span.first_row, span.last_row) = (span.first_row - 1, span.last_row - 1);
+    }
+    Ok(log)
+}
+
+/// Line 18 is pose 17.
+fn as_pose(error: Error) -> Error {
+    match error {
+        Error::Input(mut fault) => {
+            if let Place::Line(line) = fault.place {
+                fault.place = Place::Pose(line.saturating_sub(1));
+            }
+            Error::Input(fault)
+        }
+        other => other,
+    }
+}

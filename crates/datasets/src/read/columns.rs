@@ -1,0 +1,545 @@
+//! What the columns of a text file hold, by their names.
+
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, StampUnit};
+
+/// What one column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Role {
+    Stamp,
+    Seconds,
+    Nanoseconds,
+    /// Axis 0 to 2.
+    Position(usize),
+    /// w, x, y, z as 0 to 3.
+    Quaternion(usize),
+    /// Roll, pitch, yaw as 0 to 2.
+    Angle(usize),
+    /// Row-major entry of the rotation matrix, 0 to 8.
+    Matrix(usize),
+}
+
+/// Which columns of a text file hold the pose, as a user says it.
+///
+/// One of `t,x,y,z,qw,qx,qy,qz` as roles in the order of the file's columns (`-` skips one); as many column numbers
+/// (from 1) or names in that order of roles (seven without the stamp); or pairs like `t=stamp,x=3,yaw=heading`.
+/// Roles: `t`, `sec`, `nsec`, `x`, `y`, `z`, `qw`, `qx`, `qy`, `qz`, `roll`, `pitch`, `yaw`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Columns {
+    entries: Vec<(String, String)>,
+    written: String,
+}
+
+const ROLES: [(&str, Role); 13] = [
+    ("t", Role::Stamp),
+    ("x", Role::Position(0)),
+    ("y", Role::Position(1)),
+    ("z", Role::Position(2)),
+    ("qw", Role::Quaternion(0)),
+    ("qx", Role::Quaternion(1)),
+    ("qy", Role::Quaternion(2)),
+    ("qz", Role::Quaternion(3)),
+    ("sec", Role::Seconds),
+    ("nsec", Role::Nanoseconds),
+    ("roll", Role::Angle(0)),
+    ("pitch", Role::Angle(1)),
+    ("yaw", Role::Angle(2)),
+];
+
+fn role(word: &str) -> Option<Role> {
+    ROLES
+        .iter()
+        .find(|(name, _)| name.eq_ignore_ascii_case(word))
+        .map(|(_, role)| *role)
+}
+
+impl FromStr for Columns {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        let fault = |expected| Error::Parameter {
+            what: "columns",
+            expected,
+            found: text.to_owned(),
+        };
+        let words: Vec<&str> = text.split(',').map(str::trim).collect();
+        if words.iter().any(|word| word.is_empty()) {
+            return Err(fault("names or numbers separated by commas"));
+        }
+        let pair = |role: &str, column: &str| (role.to_owned(), column.to_owned());
+        let entries: Vec<(String, String)> = if words.iter().all(|word| word.contains('=')) {
+            words
+                .iter()
+                .filter_map(|word| word.split_once('='))
+                .map(|(role, column)| pair(role.trim(), column.trim()))
+                .collect()
+        } else if words
+            .iter()
+            .all(|word| *word == "-" || role(word).is_some())
+        {
+            let named = words.iter().enumerate().filter(|(_, word)| **word != "-");
+            // A name that the header has wins over the place in this list.
+            named
+                .map(|(index, word)| pair(word, &format!("{word}|{}", index + 1)))
+                .collect()
+        } else {
+            let roles = match words.len() {
+                8 => &ROLES[..8],
+                7 => &ROLES[1..8],
+                _ => {
+                    return Err(fault(
+                        "7 or 8 names or numbers, or pairs like t=1,x=2,yaw=heading",
+                    ));
+                }
+            };
+            roles
+                .iter()
+                .zip(&words)
+                .map(|((role, _), word)| pair(role, word))
+                .collect()
+        };
+        for (name, column) in &entries {
+            if role(name).is_none() || column == "0" {
+                return Err(fault(
+                    "roles t, sec, nsec, x, y, z, qw, qx, qy, qz, roll, pitch, yaw and columns from 1",
+                ));
+            }
+        }
+        Ok(Self {
+            entries,
+            written: text.to_owned(),
+        })
+    }
+}
+
+impl std::fmt::Display for Columns {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.written)
+    }
+}
+
+impl Columns {
+    /// Roles and column indices from 0, given the names in the header; the name that is missing otherwise.
+    pub(crate) fn resolve(&self, header: &[String]) -> Result<Vec<(Role, usize)>, String> {
+        let by_name = |wanted: &str| {
+            header
+                .iter()
+                .position(|name| name.trim().eq_ignore_ascii_case(wanted))
+        };
+        let mut found = Vec::new();
+        for (name, column) in &self.entries {
+            let choices = column.split('|');
+            let index = choices
+                .clone()
+                .find_map(by_name)
+                .or_else(|| {
+                    choices
+                        .clone()
+                        .find_map(|word| word.parse::<usize>().ok()?.checked_sub(1))
+                })
+                .ok_or_else(|| column.clone())?;
+            found.extend(role(name).map(|role| (role, index)));
+        }
+        Ok(found)
+    }
+}
+
+/// One name of a header, taken apart.
+#[derive(Debug, Clone)]
+pub(crate) struct Name {
+    /// As in the file.
+    pub text: String,
+    /// Lower case, without the unit.
+    pub plain: String,
+    /// What stands in brackets, or after the last underscore of a stamp: `ns`, `rad`, `deg`.
+    pub unit: Option<String>,
+    tokens: Vec<String>,
+}
+
+/// Words before a name that say nothing of what it is.
+const NOISE: [&str; 29] = [
+    "field",
+    "pose",
+    "poses",
+    "header",
+    "transform",
+    "msg",
+    "message",
+    "data",
+    "odom",
+    "odometry",
+    "state",
+    "gt",
+    "ground",
+    "truth",
+    "groundtruth",
+    "est",
+    "world",
+    "map",
+    "base",
+    "link",
+    "body",
+    "rs",
+    "wb",
+    "wi",
+    "gw",
+    "ref",
+    "stamped",
+    "g",
+    "w",
+];
+/// Words that make a column something else than a pose.
+const OTHER: [&str; 18] = [
+    "twist",
+    "vel",
+    "velocity",
+    "linear",
+    "angular",
+    "acc",
+    "accel",
+    "acceleration",
+    "cov",
+    "covariance",
+    "bias",
+    "gyro",
+    "gravity",
+    "omega",
+    "v",
+    "a",
+    "angvel",
+    "std",
+];
+
+impl Name {
+    pub fn new(text: &str) -> Self {
+        let trimmed = text
+            .trim()
+            .trim_start_matches(['#', '%'])
+            .trim()
+            .trim_matches('"');
+        let lower = trimmed.to_ascii_lowercase();
+        let (mut plain, mut unit) = match lower.find(['[', '(']) {
+            Some(at) => {
+                let inner = lower[at + 1..].trim_end_matches([']', ')']).trim();
+                (lower[..at].trim().to_owned(), Some(inner.to_owned()))
+            }
+            None => (lower, None),
+        };
+        unit = unit.filter(|unit| !unit.is_empty());
+        if unit.is_none() {
+            for suffix in [
+                "_ns", "_us", "_ms", "_deg", "_rad", "_degrees", "_radians", "_s", "_m",
+            ] {
+                if let Some(rest) = plain.strip_suffix(suffix)
+                    && rest.len() > 1
+                {
+                    unit = Some(suffix[1..].to_owned());
+                    plain = rest.to_owned();
+                    break;
+                }
+            }
+        }
+        let tokens = plain
+            .split(|c: char| !c.is_ascii_alphanumeric())
+            .filter(|token| !token.is_empty())
+            .map(str::to_owned)
+            .collect();
+        Self {
+            text: trimmed.to_owned(),
+            plain,
+            unit,
+            tokens,
+        }
+    }
+
+    /// The role that the name says, with a rank: of several columns for one role the lowest is taken.
+    pub fn role(&self) -> Option<(Role, usize)> {
+        let tokens: Vec<&str> = self.tokens.iter().map(String::as_str).collect();
+        let last = *tokens.last()?;
+        let rest = &tokens[..tokens.len() - 1];
+        let own: Vec<&str> = rest
+            .iter()
+            .copied()
+            .filter(|token| !NOISE.contains(token))
+            .collect();
+        if let Some(found) = time_role(&tokens, last) {
+            return Some(found);
+        }
+        if rest.iter().any(|token| OTHER.contains(token)) {
+            return None;
+        }
+        let base = own.join(" ");
+        // EuRoC: `p_RS_R_x` is the position in the frame R.
+        let base = base.strip_suffix(" r").unwrap_or(&base).to_owned();
+        let position = |axis: char| "xyz".find(axis);
+        let quaternion = |axis: char| "wxyz".find(axis);
+        let only = |word: &str| {
+            let mut characters = word.chars();
+            characters.next().filter(|_| characters.next().is_none())
+        };
+        if let Some(axis) = only(last) {
+            match base.as_str() {
+                "" | "p" | "pos" | "position" | "t" | "trans" | "translation" | "tran" | "loc"
+                | "location" | "point" | "xyz" => {
+                    if let Some(axis) = position(axis) {
+                        return Some((Role::Position(axis), rest.len().min(1)));
+                    }
+                }
+                _ => {}
+            }
+            if matches!(
+                base.as_str(),
+                "q" | "quat"
+                    | "quaternion"
+                    | "orientation"
+                    | "ori"
+                    | "rot"
+                    | "rotation"
+                    | "att"
+                    | "attitude"
+                    | "r"
+            ) && let Some(part) = quaternion(axis)
+            {
+                return Some((Role::Quaternion(part), 0));
+            }
+        }
+        if !own.is_empty()
+            && !matches!(
+                base.as_str(),
+                "orientation"
+                    | "rotation"
+                    | "attitude"
+                    | "euler"
+                    | "rpy"
+                    | "angle"
+                    | "position"
+                    | "pos"
+            )
+        {
+            return None;
+        }
+        let found = match last {
+            "tx" | "px" | "posx" | "positionx" | "easting" => Role::Position(0),
+            "ty" | "py" | "posy" | "positiony" | "northing" => Role::Position(1),
+            "tz" | "pz" | "posz" | "positionz" | "altitude" | "height" | "elevation" => {
+                Role::Position(2)
+            }
+            "qw" | "quatw" => Role::Quaternion(0),
+            "qx" | "quatx" => Role::Quaternion(1),
+            "qy" | "quaty" => Role::Quaternion(2),
+            "qz" | "quatz" => Role::Quaternion(3),
+            "roll" => Role::Angle(0),
+            "pitch" => Role::Angle(1),
+            "yaw" => Role::Angle(2),
+            "heading" | "azimuth" => return Some((Role::Angle(2), 1)),
+            _ => {
+                let digits = last
+                    .strip_prefix(['r', 'm'])
+                    .filter(|rest| rest.len() == 2)?;
+                let entry: Vec<usize> = digits
+                    .chars()
+                    .filter_map(|c| c.to_digit(10))
+                    .map(|d| d as usize)
+                    .collect();
+                // r11 to r33; r00 to r22 is told apart where the header has r00.
+                return match entry[..] {
+                    [row @ 1..=3, column @ 1..=3] => {
+                        Some((Role::Matrix(3 * (row - 1) + column - 1), 1))
+                    }
+                    _ => None,
+                };
+            }
+        };
+        Some((found, 0))
+    }
+}
+
+/// Stamps: the header's before the time of recording, whole ones before pairs of seconds and nanoseconds.
+fn time_role(tokens: &[&str], last: &str) -> Option<(Role, usize)> {
+    let stamp = tokens.contains(&"stamp") || tokens.contains(&"timestamp");
+    let rank = usize::from(!tokens.contains(&"header"));
+    match last {
+        "stamp" | "timestamp" | "timestamps" => Some((Role::Stamp, rank)),
+        "time" | "times" | "gpstime" | "utime" | "unixtime" | "rosbagtimestamp" | "ts" => {
+            Some((Role::Stamp, 2))
+        }
+        "t" if tokens.len() == 1 => Some((Role::Stamp, 2)),
+        "secs" | "sec" | "seconds" if stamp || tokens.len() == 1 => Some((Role::Seconds, rank)),
+        "nsecs" | "nsec" | "nanosec" | "nanosecs" | "nanoseconds" if stamp || tokens.len() == 1 => {
+            Some((Role::Nanoseconds, rank))
+        }
+        _ => None,
+    }
+}
+
+/// The unit that a header writes behind a stamp.
+pub(crate) fn stamp_unit(unit: &str) -> Option<StampUnit> {
+    match unit.trim() {
+        "s" | "sec" | "secs" | "second" | "seconds" => Some(StampUnit::Seconds),
+        "ms" | "msec" | "millisecond" | "milliseconds" => Some(StampUnit::Milliseconds),
+        "us" | "usec" | "\u{b5}s" | "\u{3bc}s" | "microsecond" | "microseconds" => {
+            Some(StampUnit::Microseconds)
+        }
+        "ns" | "nsec" | "nanosecond" | "nanoseconds" => Some(StampUnit::Nanoseconds),
+        _ => None,
+    }
+}
+
+/// Roles by the names of a header: for each role the column that says it best, the first one of equals.
+pub(crate) fn by_header(names: &[Name]) -> Vec<(Role, usize)> {
+    let mut best: Vec<(Role, usize, usize)> = Vec::new();
+    let zero_based = names
+        .iter()
+        .any(|name| matches!(name.plain.as_str(), "r00" | "m00"));
+    for (column, name) in names.iter().enumerate() {
+        let found = match matrix_from_zero(&name.plain).filter(|_| zero_based) {
+            Some(entry) => Some((Role::Matrix(entry), 0)),
+            None => name.role(),
+        };
+        let Some((role, rank)) = found else { continue };
+        match best.iter_mut().find(|(known, _, _)| *known == role) {
+            Some(known) if rank < known.1 => *known = (role, rank, column),
+            Some(_) => {}
+            None => best.push((role, rank, column)),
+        }
+    }
+    best.into_iter()
+        .map(|(role, _, column)| (role, column))
+        .collect()
+}
+
+fn matrix_from_zero(name: &str) -> Option<usize> {
+    let digits = name
+        .strip_prefix(['r', 'm'])
+        .filter(|rest| rest.len() == 2)?;
+    let mut digits = digits.chars().map(|c| c.to_digit(10).map(|d| d as usize));
+    match (digits.next()??, digits.next()??) {
+        (row @ 0..=2, column @ 0..=2) => Some(3 * row + column),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn roles(header: &str) -> Vec<(Role, usize)> {
+        let names: Vec<Name> = header.split(',').map(Name::new).collect();
+        let mut roles = by_header(&names);
+        roles.sort_by_key(|(_, column)| *column);
+        roles
+    }
+
+    fn pose(start: usize, order: [usize; 4]) -> Vec<(Role, usize)> {
+        let position = (0..3).map(|axis| (Role::Position(axis), start + axis));
+        let quaternion = order.into_iter().enumerate();
+        position
+            .chain(quaternion.map(|(at, part)| (Role::Quaternion(part), start + 3 + at)))
+            .collect()
+    }
+
+    #[test]
+    fn names_of_many_tools_are_understood() {
+        let x_first = [1, 2, 3, 0];
+        let w_first = [0, 1, 2, 3];
+        for (header, start, order) in [
+            ("# timestamp,tx,ty,tz,qw,qx,qy,qz", 1, w_first),
+            (
+                "#timestamp [ns],p_x [m],p_y [m],p_z [m],q_w,q_x,q_y,q_z",
+                1,
+                w_first,
+            ),
+            (
+                "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], v_RS_R_x [m s^-1], b_w_RS_S_x [rad s^-1]",
+                1,
+                w_first,
+            ),
+            (
+                "VehicleName,TimeStamp,POS_X,POS_Y,POS_Z,Q_W,Q_X,Q_Y,Q_Z,ImageFile",
+                2,
+                w_first,
+            ),
+            ("num,t,x,y,z,qx,qy,qz,qw", 2, x_first),
+            (
+                "time,pose.position.x,pose.position.y,pose.position.z,pose.orientation.x,pose.orientation.y,pose.orientation.z,pose.orientation.w,twist.linear.x",
+                1,
+                x_first,
+            ),
+            (
+                "stamp,transform.translation.x,transform.translation.y,transform.translation.z,transform.rotation.x,transform.rotation.y,transform.rotation.z,transform.rotation.w",
+                1,
+                x_first,
+            ),
+        ] {
+            let found: Vec<_> = roles(header)
+                .into_iter()
+                .filter(|(role, _)| *role != Role::Stamp)
+                .collect();
+            assert_eq!(found, pose(start, order), "{header}");
+            assert!(
+                roles(header).contains(&(Role::Stamp, start - 1)),
+                "{header}"
+            );
+        }
+        let echo = "%time,field.header.seq,field.header.stamp,field.pose.pose.position.x,field.twist.twist.linear.x";
+        assert_eq!(roles(echo), [(Role::Stamp, 2), (Role::Position(0), 3)]);
+        let boreas =
+            "GPSTime,easting,northing,altitude,vel_east,vel_north,roll,pitch,heading,angvel_z";
+        assert_eq!(
+            roles(boreas)[4..],
+            [
+                (Role::Angle(0), 6),
+                (Role::Angle(1), 7),
+                (Role::Angle(2), 8)
+            ]
+        );
+        assert_eq!(
+            roles("sec,nsec,x")[..2],
+            [(Role::Seconds, 0), (Role::Nanoseconds, 1)]
+        );
+        let unit = Name::new("stamp_us").unit;
+        assert_eq!(
+            unit.as_deref().and_then(stamp_unit),
+            Some(StampUnit::Microseconds)
+        );
+    }
+
+    #[test]
+    fn users_may_say_columns_in_three_ways() {
+        let wanted = |order: [usize; 4]| [vec![(Role::Stamp, 0)], pose(1, order)].concat();
+        let resolve = |text: &str, header: &[&str]| {
+            let header: Vec<String> = header.iter().map(ToString::to_string).collect();
+            let mut found = text.parse::<Columns>().unwrap().resolve(&header).unwrap();
+            found.sort_by_key(|(_, column)| *column);
+            found
+        };
+        assert_eq!(resolve("t,x,y,z,qx,qy,qz,qw", &[]), wanted([1, 2, 3, 0]));
+        assert_eq!(resolve("1,2,3,4,8,5,6,7", &[]), wanted([1, 2, 3, 0]));
+        assert_eq!(
+            resolve("t=1,x=2,y=3,z=4,qw=5,qx=6,qy=7,qz=8", &[]),
+            wanted([0, 1, 2, 3])
+        );
+        let header = ["t", "x", "y", "z", "qx", "qy", "qz", "qw"];
+        assert_eq!(
+            resolve("t,x,y,z,qw,qx,qy,qz", &header),
+            wanted([1, 2, 3, 0])
+        );
+        assert_eq!(
+            resolve("s,a,b,c,d,e,f,g", &["s", "a", "b", "c", "d", "e", "f", "g"]),
+            wanted([0, 1, 2, 3])
+        );
+        for bad in ["", "t,,x", "a=1", "0,1,2,3,4,5,6,7", "x=0"] {
+            assert!(bad.parse::<Columns>().is_err(), "{bad}");
+        }
+        assert!(
+            "s,a,b,c,d,e,f,g"
+                .parse::<Columns>()
+                .unwrap()
+                .resolve(&[])
+                .is_err()
+        );
+    }
+}

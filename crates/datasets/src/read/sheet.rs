@@ -1,0 +1,678 @@
+//! Poses from the lines of a text file, given its layout.
+
+use std::path::{Path, PathBuf};
+
+use dose3_lie::{Matrix, Pose, Rotation as LieRotation, Vector, so3};
+use nalgebra::{Quaternion, UnitQuaternion};
+
+use super::collect::{Collector, euler_rotation, pose};
+use super::guess::{self, DECIDED, OVERRULED, Stamps};
+use super::kitti;
+use super::layout::{Layout, Order, Rotation, Stamp, is_comment};
+use super::table::{Row, Separator, after_point, is_no_value};
+use super::text::Text;
+use crate::error::Place;
+use crate::{
+    Error, Format, LoadOptions, LostKind, ReadOption, Remark, RemarkKind, StampUnit, Trajectory,
+};
+
+/// Rows looked at to tell units and orders.
+const SAMPLE: usize = 5000;
+/// Largest deviation of the last row of a 4x4 matrix from (0, 0, 0, 1).
+const LAST_ROW_TOLERANCE: f64 = 1e-6;
+/// Rows whose digits are counted.
+const ROWS_FOR_DIGITS: usize = 100;
+/// Two turns: larger angles are degrees.
+const LARGEST_RADIANS: f64 = 4.0 * std::f64::consts::PI;
+/// Below this norm a quaternion or a matrix was never filled in.
+const ZERO: f64 = 1e-6;
+
+/// Reads a text whose layout is found from its content, or that of `format` where the user named it.
+pub(crate) fn read(
+    path: &Path,
+    bytes: &[u8],
+    format: Option<Format>,
+    times: Option<PathBuf>,
+    options: &LoadOptions,
+) -> Result<Trajectory, Error> {
+    let mut collector = Collector::new(path, options);
+    let text = Text::new(path, bytes, &mut collector.report)?;
+    let mut layout = named_layout(path, &text, format, options)?;
+    if let Some(times) = times
+        && layout.stamp == Stamp::None
+    {
+        let stamps = kitti::read_times(&times)?;
+        collector.take_times(times, stamps);
+    }
+    let sample = Sample::new(path, &text, &layout);
+    let unit = stamp_unit(&mut layout, &sample, options, &mut collector);
+    decide_rotation(&mut layout, &sample, &mut collector);
+    collector.report.remarks.append(&mut layout.remarks);
+    read_rows(path, &text, &layout, unit, collector)
+}
+
+/// The layout found in the text; where the user named a format that it does not suit, the usual one of that format.
+fn named_layout(
+    path: &Path,
+    text: &Text<'_>,
+    format: Option<Format>,
+    options: &LoadOptions,
+) -> Result<Layout, Error> {
+    let found = Layout::find(path, text, options);
+    let Some(format) = format else {
+        return found;
+    };
+    match found {
+        Ok(layout) if suits(format, &layout) => Ok(Layout { format, ..layout }),
+        Err(fault) if options.columns.is_some() => Err(fault),
+        _ if matches!(format, Format::Kitti | Format::Tum | Format::Euroc) => {
+            let first = text.lines().find(|line| !is_comment(line.text));
+            let separator = first.map_or(Separator::Blanks, |line| Separator::of(line.text));
+            Ok(Layout::of_format(format, separator))
+        }
+        Err(fault) => Err(fault),
+        Ok(layout) => Err(Error::input(
+            path,
+            Place::File,
+            format!("the format {format}"),
+            format!("what looks like {}", layout.format),
+            "leave the format to be found, or choose another one",
+        )
+        .option(ReadOption::Format)),
+    }
+}
+
+fn suits(format: Format, layout: &Layout) -> bool {
+    let headed = layout.order != Order::Habit;
+    format == layout.format
+        || matches!(format, Format::Csv | Format::Npy)
+        || matches!((format, layout.format), (Format::Matrix, Format::Kitti))
+        || headed && matches!(format, Format::Tum | Format::Euroc)
+}
+
+/// The numbers of the first rows.
+struct Sample {
+    stamps: Vec<f64>,
+    /// Whether all stamps are whole numbers.
+    whole: bool,
+    positions: Vec<Vector>,
+    /// The numbers of the rotation, in the order of its columns.
+    rotations: Vec<[f64; 4]>,
+}
+
+impl Sample {
+    fn new(path: &Path, text: &Text<'_>, layout: &Layout) -> Self {
+        let mut sample = Self {
+            stamps: Vec::new(),
+            whole: true,
+            positions: Vec::new(),
+            rotations: Vec::new(),
+        };
+        let columns: &[usize] = match &layout.rotation {
+            Rotation::Quaternion(columns) => columns,
+            Rotation::Angles(columns, _) => columns,
+            Rotation::Matrix(_) | Rotation::Vector(_) => &[],
+        };
+        let mut fields = Vec::new();
+        for line in text
+            .lines()
+            .filter(|line| !is_comment(line.text))
+            .take(SAMPLE)
+        {
+            if layout
+                .header_line
+                .is_some_and(|header| line.number <= header)
+            {
+                continue;
+            }
+            layout.separator.split(line.text, &mut fields);
+            let row = Row::new(path, &line, &fields);
+            let number = |column: usize| {
+                let value = row.fields().get(column)?.parse::<f64>().ok()?;
+                value.is_finite().then_some(value)
+            };
+            if let Stamp::Column(column, _) = layout.stamp
+                && let Some(value) = number(column)
+            {
+                sample.whole &= value.fract() == 0.0;
+                sample.stamps.push(value);
+            }
+            let [Some(x), Some(y), Some(z)] = layout.position.map(number) else {
+                continue;
+            };
+            let mut values = [0.0; 4];
+            let all =
+                columns
+                    .iter()
+                    .zip(&mut values)
+                    .all(|(column, value)| match number(*column) {
+                        Some(found) => {
+                            *value = found;
+                            true
+                        }
+                        None => false,
+                    });
+            if all && (columns.len() == 3 || values.iter().any(|value| *value != 0.0)) {
+                sample.positions.push(Vector::new(x, y, z));
+                sample.rotations.push(values);
+            }
+        }
+        sample
+    }
+}
+
+/// What a stamp is in this file.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Clock {
+    Unit(StampUnit),
+    /// Frame numbers, each a step of the rate.
+    Index,
+    /// None, or none that is used.
+    Rows,
+}
+
+fn stamp_unit(
+    layout: &mut Layout,
+    sample: &Sample,
+    options: &LoadOptions,
+    collector: &mut Collector<'_>,
+) -> Clock {
+    let Stamp::Column(column, told) = layout.stamp else {
+        return match layout.stamp {
+            Stamp::Index(_) => Clock::Index,
+            Stamp::Pair(..) if options.rate.is_none() => Clock::Unit(StampUnit::Nanoseconds),
+            _ => Clock::Rows,
+        };
+    };
+    let habit = match layout.format {
+        Format::Euroc => StampUnit::Nanoseconds,
+        _ => StampUnit::Seconds,
+    };
+    let found = guess::stamps(&sample.stamps, sample.whole);
+    if options.rate.is_some() {
+        return if found == Stamps::Index {
+            layout.stamp = Stamp::Index(column);
+            Clock::Index
+        } else {
+            Clock::Rows
+        };
+    }
+    if let Some(unit) = options.stamp_unit {
+        return Clock::Unit(unit);
+    }
+    let mut remark = |kind, text: String, option| {
+        collector
+            .report
+            .remarks
+            .push(Remark::new(kind, text).option(option));
+    };
+    if let Some(unit) = told {
+        if unit != habit {
+            remark(
+                RemarkKind::StampUnit,
+                format!("stamps are {unit}, as the header says"),
+                ReadOption::StampUnit,
+            );
+        }
+        return Clock::Unit(unit);
+    }
+    match found {
+        Stamps::Unit(unit, reason) => {
+            if unit != habit {
+                remark(
+                    RemarkKind::StampUnit,
+                    format!("stamps are taken as {unit}: {reason}"),
+                    ReadOption::StampUnit,
+                );
+            }
+            Clock::Unit(unit)
+        }
+        Stamps::Index => {
+            let text = "the stamps look like an index (0, 1, 2, ...): taken as seconds, which makes 1 Hz; say the rate";
+            remark(
+                RemarkKind::StampsAreAnIndex,
+                text.to_owned(),
+                ReadOption::Rate,
+            );
+            Clock::Unit(StampUnit::Seconds)
+        }
+        Stamps::Seconds => {
+            if habit != StampUnit::Seconds {
+                let text = "stamps are taken as seconds: their size is not that of nanoseconds";
+                remark(
+                    RemarkKind::StampUnit,
+                    text.to_owned(),
+                    ReadOption::StampUnit,
+                );
+            }
+            Clock::Unit(StampUnit::Seconds)
+        }
+    }
+}
+
+/// Lets the data decide what the file leaves open about its rotations.
+fn decide_rotation(layout: &mut Layout, sample: &Sample, collector: &mut Collector<'_>) {
+    match layout.rotation {
+        Rotation::Quaternion(columns) if layout.order != Order::Given => {
+            if let Some((columns, remark)) = quaternion_order(layout, columns, sample) {
+                layout.rotation = Rotation::Quaternion(columns);
+                collector.report.remarks.extend(remark);
+            }
+        }
+        Rotation::Angles(columns, degrees) => {
+            let (degrees, remark) = angle_unit(sample, degrees);
+            layout.rotation = Rotation::Angles(columns, Some(degrees));
+            collector.report.remarks.push(remark);
+        }
+        _ => {}
+    }
+}
+
+/// The columns of w, x, y, z, and a remark where that is not plain.
+fn quaternion_order(
+    layout: &Layout,
+    columns: [usize; 4],
+    sample: &Sample,
+) -> Option<([usize; 4], Option<Remark>)> {
+    let [w, x, y, z] = columns;
+    let last = w == z + 1 && y == x + 1 && z == y + 1;
+    let first = x == w + 1 && y == x + 1 && z == y + 1;
+    if !first && !last {
+        return None;
+    }
+    // The other order of the same four columns.
+    let other = if last { [x, y, z, w] } else { [z, w, x, y] };
+    let turned = |q: [f64; 4]| {
+        if last {
+            [q[1], q[2], q[3], q[0]]
+        } else {
+            [q[3], q[0], q[1], q[2]]
+        }
+    };
+    let rotation = |[w, x, y, z]: [f64; 4]| {
+        UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix()
+    };
+    let as_is: Vec<LieRotation> = sample.rotations.iter().map(|q| rotation(*q)).collect();
+    let as_other: Vec<LieRotation> = sample
+        .rotations
+        .iter()
+        .map(|q| rotation(turned(*q)))
+        .collect();
+    let ratio = guess::preference(&sample.positions, &as_is, &as_other);
+    let words = |last: bool| if last { "x, y, z, w" } else { "w, x, y, z" };
+    let settled = layout.order == Order::Header || layout.format == Format::Tum;
+    let needed = if settled { OVERRULED } else { DECIDED };
+    let said = if layout.order == Order::Header {
+        "the header"
+    } else {
+        "the habit of the format"
+    };
+    let remark = |text: String| {
+        Some(Remark::new(RemarkKind::QuaternionOrder, text).option(ReadOption::Columns))
+    };
+    if ratio * needed < 1.0 {
+        let text = format!(
+            "quaternions are taken as {}: so the body moves {:.0} times more evenly along its own axes than as {}, which {said} would say",
+            words(!last),
+            1.0 / ratio,
+            words(last)
+        );
+        return Some((other, remark(text)));
+    }
+    if settled {
+        return None;
+    }
+    if ratio > DECIDED {
+        let text = format!(
+            "quaternions are taken as {}: so the body moves {ratio:.0} times more evenly along its own axes than as {}",
+            words(last),
+            words(!last)
+        );
+        return Some((columns, remark(text)));
+    }
+    let start = sample.rotations.first().copied().unwrap_or_default();
+    if turned(start) == [1.0, 0.0, 0.0, 0.0] {
+        let text = format!(
+            "quaternions are taken as {}: so the log begins without a rotation; the motion does not tell",
+            words(!last)
+        );
+        return Some((other, remark(text)));
+    }
+    let text = format!(
+        "quaternions are taken as {}, the habit of such files; neither header nor motion tells",
+        words(last)
+    );
+    Some((columns, remark(text)))
+}
+
+/// Whether angles are degrees, and the remark that says why.
+fn angle_unit(sample: &Sample, told: Option<bool>) -> (bool, Remark) {
+    let rotations = |factor: f64| -> Vec<LieRotation> {
+        let angles = sample.rotations.iter();
+        angles
+            .map(|[r, p, y, _]| euler_rotation(r * factor, p * factor, y * factor))
+            .collect()
+    };
+    let largest = sample
+        .rotations
+        .iter()
+        .flat_map(|row| &row[..3])
+        .fold(0.0_f64, |a, b| a.max(b.abs()));
+    let (degrees, why) = match told {
+        Some(degrees) => (degrees, "as the header says".to_owned()),
+        None if largest > LARGEST_RADIANS => (true, format!("they reach {largest:.1}")),
+        None => {
+            let degrees = rotations(std::f64::consts::PI / 180.0);
+            let ratio = guess::preference(&sample.positions, &rotations(1.0), &degrees);
+            if ratio * DECIDED < 1.0 {
+                (
+                    true,
+                    format!(
+                        "so the body moves {:.0} times more evenly along its own axes than with radians",
+                        1.0 / ratio
+                    ),
+                )
+            } else if ratio > DECIDED {
+                (
+                    false,
+                    format!(
+                        "so the body moves {ratio:.0} times more evenly along its own axes than with degrees"
+                    ),
+                )
+            } else {
+                (false, "neither header nor motion tells".to_owned())
+            }
+        }
+    };
+    let unit = if degrees { "degrees" } else { "radians" };
+    let text =
+        format!("roll, pitch and yaw are taken as {unit} ({why}), as Rz(yaw) Ry(pitch) Rx(roll)");
+    (
+        degrees,
+        Remark::new(RemarkKind::Angles, text).option(ReadOption::Columns),
+    )
+}
+
+fn read_rows(
+    path: &Path,
+    text: &Text<'_>,
+    layout: &Layout,
+    clock: Clock,
+    mut collector: Collector<'_>,
+) -> Result<Trajectory, Error> {
+    let names = Names(layout);
+    if let Some((decimals, deviation)) = coarseness(text, layout) {
+        collector.matrices_are_coarse(deviation);
+        let words = format!(
+            "the matrices are written with {decimals} decimals: replaced by the nearest rotations"
+        );
+        collector
+            .report
+            .remarks
+            .push(Remark::new(RemarkKind::Encoding, words));
+    }
+    let mut fields = Vec::with_capacity(layout.columns);
+    let mut tail = Tail::default();
+    for line in text.lines() {
+        if is_comment(line.text)
+            || layout
+                .header_line
+                .is_some_and(|header| line.number <= header)
+        {
+            continue;
+        }
+        layout.separator.split(line.text, &mut fields);
+        let row = Row::new(path, &line, &fields);
+        if row.is_cut_off(layout.columns, tail.digits()) {
+            collector.report.truncated_tail += 1;
+            continue;
+        }
+        if row.len() < layout.columns || row.len() > layout.columns && !layout.more {
+            return Err(wrong_length(&row, layout));
+        }
+        tail.take(&row);
+        let stamp = match (clock, layout.stamp) {
+            (Clock::Rows, _) | (_, Stamp::None) => Some(collector.next_nominal(layout.format)),
+            (Clock::Index, Stamp::Index(column) | Stamp::Column(column, _)) => {
+                let index = row.number(column, "the frame number")?;
+                Some(collector.nominal(layout.format, index.max(0.0) as usize))
+            }
+            (Clock::Unit(_), Stamp::Pair(seconds, part)) => {
+                let whole = row.stamp(seconds, StampUnit::Seconds)?;
+                Some(whole.saturating_add(row.stamp(part, StampUnit::Nanoseconds)?))
+            }
+            (Clock::Unit(unit), Stamp::Column(column, _) | Stamp::Index(column)) => {
+                if is_no_value(row.field(column, "the stamp")?) {
+                    None
+                } else {
+                    Some(row.stamp(column, unit)?)
+                }
+            }
+            (Clock::Index, Stamp::Pair(..)) => Some(collector.next_nominal(layout.format)),
+        };
+        let found = read_pose(path, &row, layout, &names, &mut collector)?;
+        match (found, stamp) {
+            (Ok(pose), Some(stamp)) => {
+                collector.push_row(row.place(), line.number as u64, stamp, pose)?;
+            }
+            (Ok(_), None) => {
+                collector.lose(row.place(), line.number as u64, None, LostKind::Nan)?
+            }
+            (Err(kind), stamp) => collector.lose(row.place(), line.number as u64, stamp, kind)?,
+        }
+    }
+    match clock {
+        Clock::Unit(unit) => {
+            collector.stamps_in(unit);
+            collector.finish(layout.format)
+        }
+        Clock::Index | Clock::Rows => collector.finish_without_stamps(layout.format),
+    }
+}
+
+/// Decimals of the matrices of a file that has only two or three, and the deviation from orthogonality that follows:
+/// an entry of R^T R is off by at most half a last digit times twice the norm of a row, the root of three.
+fn coarseness(text: &Text<'_>, layout: &Layout) -> Option<(usize, f64)> {
+    let Rotation::Matrix(columns) = &layout.rotation else {
+        return None;
+    };
+    let mut fields = Vec::new();
+    let mut decimals = 0;
+    for line in text
+        .lines()
+        .filter(|line| !is_comment(line.text))
+        .take(ROWS_FOR_DIGITS)
+    {
+        layout.separator.split(line.text, &mut fields);
+        for field in columns.iter().filter_map(|column| fields.get(*column)) {
+            if field.contains(['e', 'E']) {
+                return None;
+            }
+            decimals = decimals.max(after_point(field));
+        }
+    }
+    matches!(decimals, 2 | 3).then(|| (decimals, 2.0 * 10_f64.powi(-(decimals as i32))))
+}
+
+fn wrong_length(row: &Row<'_, '_>, layout: &Layout) -> Error {
+    let at_least = if layout.more { "at least " } else { "" };
+    let hint = match layout.format {
+        Format::Kitti => {
+            "a KITTI line is the row-major 3x4 matrix of a pose; another format can be chosen"
+        }
+        Format::Tum => {
+            "a TUM line is `timestamp tx ty tz qx qy qz qw`; another format can be chosen"
+        }
+        Format::Euroc => {
+            "a EuRoC line is `timestamp,px,py,pz,qw,qx,qy,qz,...`; another format can be chosen"
+        }
+        _ => "the line is cut off or two lines ran together",
+    };
+    row.wrong_length(format!("{at_least}{} numbers", layout.columns), hint)
+        .option(ReadOption::Format)
+}
+
+/// The pose of a row, or how the row says that there is none.
+fn read_pose(
+    path: &Path,
+    row: &Row<'_, '_>,
+    layout: &Layout,
+    names: &Names<'_>,
+    collector: &mut Collector<'_>,
+) -> Result<Result<Pose, LostKind>, Error> {
+    let columns: &[usize] = match &layout.rotation {
+        Rotation::Quaternion(columns) => columns,
+        Rotation::Matrix(columns) => columns,
+        Rotation::Angles(columns, _) | Rotation::Vector(columns) => columns,
+    };
+    let mut values = [0.0; 9];
+    let mut lost = false;
+    for (part, (column, value)) in columns.iter().zip(&mut values).enumerate() {
+        match number(row, *column)? {
+            Some(found) => *value = found,
+            None => match no_value(row, *column, &names.rotation(part)) {
+                Some(fault) => return Err(fault),
+                None => lost = true,
+            },
+        }
+    }
+    let mut translation = [0.0; 3];
+    for (axis, value) in translation.iter_mut().enumerate() {
+        let column = layout.position[axis];
+        match number(row, column)? {
+            Some(_) => *value = row.coordinate(column, &names.position(axis))?,
+            None => match no_value(row, column, &names.position(axis)) {
+                Some(fault) => return Err(fault),
+                None => lost = true,
+            },
+        }
+    }
+    if lost && collector.looks_for(LostKind::Nan) {
+        return Ok(Err(LostKind::Nan));
+    }
+    if lost {
+        let column = columns.iter().chain(&layout.position).copied();
+        for column in column {
+            row.number(column, "the pose")?;
+        }
+    }
+    let angles = matches!(layout.rotation, Rotation::Angles(..) | Rotation::Vector(_));
+    let size = values[..columns.len()]
+        .iter()
+        .fold(0.0_f64, |a, b| a.max(b.abs()));
+    if size < ZERO && !angles && collector.looks_for(LostKind::Zero) {
+        return Ok(Err(LostKind::Zero));
+    }
+    if let Some(last) = layout.last_row {
+        check_last_row(path, row, last)?;
+    }
+    let rotation = match &layout.rotation {
+        Rotation::Quaternion(_) => {
+            let [w, x, y, z, ..] = values;
+            collector.quaternion(row.place(), w, x, y, z)?
+        }
+        Rotation::Matrix(_) => {
+            collector.rotation(path, row.place(), &Matrix::from_row_slice(&values))?
+        }
+        Rotation::Angles(_, degrees) => {
+            let factor = if *degrees == Some(true) {
+                std::f64::consts::PI / 180.0
+            } else {
+                1.0
+            };
+            euler_rotation(values[0] * factor, values[1] * factor, values[2] * factor)
+        }
+        Rotation::Vector(_) => so3::exp(&Vector::new(values[0], values[1], values[2])),
+    };
+    Ok(Ok(pose(rotation, translation)))
+}
+
+/// The finite number in a column; `None` where there is something else.
+fn number(row: &Row<'_, '_>, column: usize) -> Result<Option<f64>, Error> {
+    let value = row.field(column, "a number")?.parse::<f64>().ok();
+    Ok(value.filter(|value| value.is_finite()))
+}
+
+/// The fault of a field that is neither a number nor a word for no value.
+fn no_value(row: &Row<'_, '_>, column: usize, name: &str) -> Option<Error> {
+    let field = row.fields().get(column)?;
+    if is_no_value(field) {
+        return None;
+    }
+    row.number(column, name).err()
+}
+
+fn check_last_row(path: &Path, row: &Row<'_, '_>, columns: [usize; 4]) -> Result<(), Error> {
+    let mut found = [0.0; 4];
+    for (column, value) in columns.into_iter().zip(&mut found) {
+        *value = row.number(column, "the last row of the matrix")?;
+    }
+    let off = found
+        .iter()
+        .zip([0.0, 0.0, 0.0, 1.0])
+        .any(|(a, b)| (a - b).abs() > LAST_ROW_TOLERANCE);
+    if !off {
+        return Ok(());
+    }
+    let [a, b, c, d] = found;
+    Err(Error::input(
+        path,
+        row.place(),
+        "0 0 0 1 as the last row of the matrix",
+        format!("{a} {b} {c} {d}"),
+        "is the matrix transposed?",
+    ))
+}
+
+/// Names of columns for messages.
+struct Names<'a>(&'a Layout);
+
+impl Names<'_> {
+    fn header(&self, column: usize) -> Option<String> {
+        self.0.names.get(column).cloned()
+    }
+
+    fn position(&self, axis: usize) -> String {
+        let usual = match self.0.rotation {
+            Rotation::Matrix(_) => "the translation",
+            _ => ["tx", "ty", "tz"][axis],
+        };
+        self.header(self.0.position[axis])
+            .unwrap_or_else(|| usual.to_owned())
+    }
+
+    fn rotation(&self, part: usize) -> String {
+        let (column, usual) = match &self.0.rotation {
+            Rotation::Quaternion(columns) => (columns[part], ["qw", "qx", "qy", "qz"][part]),
+            Rotation::Matrix(columns) => (columns[part], "the rotation"),
+            Rotation::Angles(columns, _) => (columns[part], ["roll", "pitch", "yaw"][part]),
+            Rotation::Vector(columns) => (columns[part], "the rotation vector"),
+        };
+        self.header(column).unwrap_or_else(|| usual.to_owned())
+    }
+}
+
+/// How the last fields of the rows are written.
+#[derive(Default)]
+struct Tail {
+    digits: Option<usize>,
+    mixed: bool,
+    rows: usize,
+}
+
+impl Tail {
+    fn take(&mut self, row: &Row<'_, '_>) {
+        let Some(last) = row.fields().last() else {
+            return;
+        };
+        let digits = after_point(last);
+        self.rows += 1;
+        self.mixed |= self.digits.is_some_and(|known| known != digits);
+        self.digits = Some(digits);
+    }
+
+    /// Characters after the point of every last field so far, where they agree.
+    fn digits(&self) -> Option<usize> {
+        self.digits.filter(|_| !self.mixed && self.rows > 2)
+    }
+}

@@ -1,0 +1,113 @@
+//! Compressed files, unpacked up to a limit.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use crate::Error;
+use crate::error::Place;
+
+/// What a compressed file may become, bytes: a pose log of 100 million poses.
+const LARGEST: u64 = 4 << 30;
+/// ... and how many times its size, beyond the first 64 MiB.
+const LARGEST_RATIO: u64 = 2000;
+const FREE: u64 = 64 << 20;
+
+/// The content of a file, unpacked where it is gzip or zstd.
+pub(crate) fn unpack<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, Error> {
+    if bytes.starts_with(b"\x1f\x8b") {
+        return gzip(path, bytes).map(Cow::Owned);
+    }
+    if bytes.starts_with(b"\x28\xb5\x2f\xfd") {
+        return zstd(path, bytes).map(Cow::Owned);
+    }
+    Ok(Cow::Borrowed(bytes))
+}
+
+/// Bytes that `packed` bytes may become.
+pub(crate) fn limit(packed: usize) -> u64 {
+    (FREE + packed as u64 * LARGEST_RATIO).min(LARGEST)
+}
+
+#[cfg(feature = "compression")]
+fn gzip(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, Error> {
+    read_all(
+        path,
+        flate2::read::MultiGzDecoder::new(bytes),
+        bytes.len(),
+        "gzip",
+    )
+}
+
+#[cfg(feature = "compression")]
+pub(crate) fn zstd(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, Error> {
+    let mut out = Vec::new();
+    let mut rest = bytes;
+    // A file may hold several frames.
+    while !rest.is_empty() {
+        let decoder = ruzstd::decoding::StreamingDecoder::new(&mut rest)
+            .map_err(|fault| damaged(path, "zstd", &fault.to_string()))?;
+        let left = limit(bytes.len()).saturating_sub(out.len() as u64);
+        read_into(path, decoder, left, &mut out, "zstd")?;
+    }
+    Ok(out)
+}
+
+#[cfg(feature = "compression")]
+pub(crate) fn read_all(
+    path: &Path,
+    reader: impl std::io::Read,
+    packed: usize,
+    kind: &str,
+) -> Result<Vec<u8>, Error> {
+    let mut out = Vec::new();
+    read_into(path, reader, limit(packed), &mut out, kind)?;
+    Ok(out)
+}
+
+#[cfg(feature = "compression")]
+fn read_into(
+    path: &Path,
+    reader: impl std::io::Read,
+    limit: u64,
+    out: &mut Vec<u8>,
+    kind: &str,
+) -> Result<(), Error> {
+    use std::io::Read as _;
+    let read = reader
+        .take(limit + 1)
+        .read_to_end(out)
+        .map_err(|fault| damaged(path, kind, &fault.to_string()))?;
+    if read as u64 > limit {
+        let found = format!("more than {} MiB of unpacked data", limit >> 20);
+        let hint = "a file that unpacks to so many times its size is no pose log";
+        return Err(Error::input(path, Place::File, "a pose log", found, hint));
+    }
+    Ok(())
+}
+
+#[cfg(feature = "compression")]
+fn damaged(path: &Path, kind: &str, fault: &str) -> Error {
+    let hint = "the file is cut off or damaged; copy it again";
+    Error::input(path, Place::File, format!("{kind} data"), fault, hint)
+}
+
+#[cfg(not(feature = "compression"))]
+fn gzip(path: &Path, _: &[u8]) -> Result<Vec<u8>, Error> {
+    Err(not_built(path, "a gzip archive"))
+}
+
+#[cfg(not(feature = "compression"))]
+pub(crate) fn zstd(path: &Path, _: &[u8]) -> Result<Vec<u8>, Error> {
+    Err(not_built(path, "a zstd archive"))
+}
+
+#[cfg(not(feature = "compression"))]
+fn not_built(path: &Path, found: &str) -> Error {
+    Error::input(
+        path,
+        Place::File,
+        "poses",
+        found,
+        "this build does not unpack; unpack the file first",
+    )
+}
