@@ -1,7 +1,11 @@
 //! Tasks of the DOSE3 workspace, run as `cargo xtask <task>`.
 
-// A task talks to the person at the terminal; the libraries of the workspace never print.
+// A task talks to the person at the terminal; the libraries that are published never print.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+pub mod baselines;
 pub mod bench;
+pub mod benchmark;
+pub mod ci;
 pub mod fetch;
+pub mod train;

@@ -5,7 +5,6 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use dose3::backend::use_threads;
 
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask", about = "Tasks of the DOSE3 workspace")]
@@ -17,35 +16,26 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Task {
     /// The AUROC table of the paper, on real data where it is at hand, else on synthetic data.
-    Benchmark(dose3_study::benchmark::BenchmarkArgs),
+    Benchmark(xtask::benchmark::BenchmarkArgs),
     /// Speed of the engine beside burn, PyTorch and the machine's own sgemm.
     Bench(xtask::bench::BenchArgs),
+    /// The whole check of this repository: formatting, tests, lints, documentation.
+    Ci,
     /// Train the weights that ship with the program (about ten minutes on 2 idle cores).
-    TrainReleaseModel(dose3_study::release::ReleaseArgs),
+    TrainReleaseModel(xtask::train::ReleaseArgs),
     /// Train the learned baselines, Glow and JEM, on KITTI (needs the feature `baselines`)
-    TrainBaselines(dose3_study::learned::TrainArgs),
-    /// Scores of the learned baselines for the windows of the benchmark
-    #[command(hide = true)]
-    BaselineScores(dose3_study::learned::ScoresArgs),
+    TrainBaselines(xtask::baselines::TrainArgs),
     /// Download KITTI poses; say how to get RobotCar and IROS20, and check what is there.
     FetchData(xtask::fetch::FetchArgs),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().task {
-        Task::Benchmark(args) => use_threads(args.threads)
-            .map_err(anyhow::Error::from)
-            .and_then(|()| dose3_study::benchmark::run(&args)),
+        Task::Benchmark(args) => xtask::benchmark::run(&args),
         Task::Bench(args) => xtask::bench::run(&args),
-        Task::TrainReleaseModel(args) => use_threads(args.threads)
-            .map_err(anyhow::Error::from)
-            .and_then(|()| dose3_study::release::run(&args)),
-        Task::TrainBaselines(args) => use_threads(args.threads)
-            .map_err(anyhow::Error::from)
-            .and_then(|()| dose3_study::learned::train(&args)),
-        Task::BaselineScores(args) => use_threads(args.request.threads)
-            .map_err(anyhow::Error::from)
-            .and_then(|()| dose3_study::learned::write_scores(&args)),
+        Task::Ci => xtask::ci::run(),
+        Task::TrainReleaseModel(args) => xtask::train::run(&args),
+        Task::TrainBaselines(args) => xtask::baselines::run(&args),
         Task::FetchData(args) => xtask::fetch::run(args),
     };
     match result {

@@ -1,37 +1,11 @@
-//! One cell of a table: fit a density on an in-distribution set, test it against another set.
+//! Cells of tables: trust one set, and test it against another.
 
 use crate::sets::DataSet;
-use anyhow::{Context, Result};
+use crate::split::Split;
+use anyhow::{Context, Result, bail};
 use dose3_ood::metrics::{Bootstrap, Estimate, Grouped, Metric, estimate_all};
 use dose3_ood::{DensityConfig, DensityModel, Score};
-use rand::SeedableRng;
-use rand::seq::SliceRandom;
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-
-/// How in-distribution test windows are chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Protocol {
-    /// The ID logs are split in two: one part fits the density, the other is tested.
-    Paper,
-    /// As the authors' code evaluates: the density is fitted on all ID windows, and a random tenth
-    /// of the same windows is tested.
-    ReleasedCode,
-}
-
-impl Protocol {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Paper, Self::ReleasedCode];
-
-    /// Its name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::ReleasedCode => "released-code",
-        }
-    }
-}
 
 /// The metrics of one cell.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -40,7 +14,7 @@ pub struct Cell {
     pub id: char,
     /// Letter of the OOD set.
     pub ood: char,
-    /// Windows the density was fitted on.
+    /// Windows the density was fitted on; none for scores that no density is fitted to.
     pub fit_windows: usize,
     /// ID windows tested.
     pub id_windows: usize,
@@ -67,55 +41,27 @@ pub fn columns(letters: &[char]) -> Vec<(char, char)> {
     columns
 }
 
-/// What is needed of one set: its statistics, one row a window.
-pub struct Rows<'a> {
-    /// The set.
-    pub set: &'a DataSet,
-    /// One row of statistics a window.
-    pub rows: &'a [Vec<f64>],
+/// What one row of a table says of all windows, set by set.
+pub enum Ranking<'a> {
+    /// Statistics `[set][window][column]`, to be ranked by a density over those of trusted windows.
+    Statistics {
+        /// The density.
+        density: &'a DensityConfig,
+        /// The statistics.
+        rows: &'a [Vec<Vec<f64>>],
+    },
+    /// Scores `[set][window]` that need no density, higher = more OOD.
+    Scores(&'a [Vec<f64>]),
 }
 
-/// The windows that fit a density under `protocol`, and those that are tested as in-distribution.
-pub fn split(set: &DataSet, protocol: Protocol, seed: u64) -> (Vec<usize>, Vec<usize>) {
-    let windows = 0..set.windows.len();
-    match protocol {
-        Protocol::Paper => {
-            windows.partition(|w| !set.test_logs.contains(&set.windows[*w].trajectory))
-        }
-        Protocol::ReleasedCode => {
-            let mut shuffled: Vec<usize> = windows.clone().collect();
-            shuffled.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
-            shuffled.truncate(set.windows.len().div_ceil(10));
-            (windows.collect(), shuffled)
-        }
-    }
-}
-
-/// The ID side of a column, ready to be tested against any OOD set.
-pub struct Fitted {
-    density: DensityModel,
-    fit_windows: usize,
-    tested: Side,
-}
-
-/// Scores with the log that each window was cut from.
+/// Scores with the group of logs that each window was cut from.
 pub struct Side {
     /// One score a window.
     pub scores: Vec<Score>,
-    /// The group of logs that each belongs to.
-    pub groups: Vec<usize>,
+    groups: Vec<usize>,
 }
 
 impl Side {
-    /// The scores of chosen windows of a set.
-    pub fn of(set: &DataSet, windows: &[usize], scores: Vec<Score>) -> Self {
-        let groups = set.groups();
-        Self {
-            scores,
-            groups: windows.iter().map(|w| groups[*w]).collect(),
-        }
-    }
-
     fn grouped(&self) -> Grouped<'_> {
         Grouped {
             scores: &self.scores,
@@ -124,71 +70,95 @@ impl Side {
     }
 }
 
-impl Fitted {
-    /// Fits the density and scores the ID test windows.
-    ///
-    /// # Errors
-    /// Too few rows.
-    pub fn new(
-        id: &Rows<'_>,
-        protocol: Protocol,
-        density: &DensityConfig,
+/// All ordered pairs of `sets` under a split; `visit` is given each cell with the scores of its two sides.
+///
+/// # Errors
+/// Too few windows for a density, an empty side, `visit`'s own error.
+pub fn cells(
+    sets: &[DataSet],
+    ranking: &Ranking<'_>,
+    split: Split,
+    bootstrap: Bootstrap,
+    visit: &mut dyn FnMut(Cell, &Side, &Side) -> Result<()>,
+) -> Result<()> {
+    for (i, id) in sets.iter().enumerate() {
+        let (fit, test) = split.of(id, bootstrap.seed);
+        let trusted = Trusted::new(sets, ranking, i, &fit, bootstrap.seed)?;
+        let groups = id.groups();
+        let tested = Side {
+            scores: trusted.scores(i, &test)?,
+            groups: test.iter().map(|w| groups[*w]).collect(),
+        };
+        for (o, ood) in sets.iter().enumerate().filter(|(o, _)| *o != i) {
+            let all: Vec<usize> = (0..ood.windows.len()).collect();
+            let other = Side {
+                scores: trusted.scores(o, &all)?,
+                groups: ood.groups(),
+            };
+            let found = cell(
+                (id.letter, ood.letter),
+                trusted.fit_windows,
+                &tested,
+                &other,
+                bootstrap,
+            )?;
+            visit(found, &tested, &other)?;
+        }
+    }
+    Ok(())
+}
+
+/// A ranking once a set is trusted.
+struct Trusted<'a> {
+    ranking: &'a Ranking<'a>,
+    density: Option<DensityModel>,
+    fit_windows: usize,
+}
+
+impl<'a> Trusted<'a> {
+    fn new(
+        sets: &[DataSet],
+        ranking: &'a Ranking<'a>,
+        id: usize,
+        fit: &[usize],
         seed: u64,
     ) -> Result<Self> {
-        let groups = id.set.groups();
-        let (fit, test) = split(id.set, protocol, seed);
-        let fit_rows: Vec<Vec<f64>> = fit.iter().map(|w| id.rows[*w].clone()).collect();
-        let fit_groups: Vec<usize> = fit.iter().map(|w| groups[*w]).collect();
-        let density = DensityModel::fit(&fit_rows, &fit_groups, &density.clone().with_seed(seed))
-            .with_context(|| format!("no density could be fitted on {}", id.set.name))?;
-        let scores = test
-            .iter()
-            .map(|w| density.score(&id.rows[*w]))
-            .collect::<Result<_, _>>()?;
+        let Ranking::Statistics { density, rows } = ranking else {
+            return Ok(Self {
+                ranking,
+                density: None,
+                fit_windows: 0,
+            });
+        };
+        let groups = sets[id].groups();
+        let rows: Vec<Vec<f64>> = fit.iter().map(|w| rows[id][*w].clone()).collect();
+        let groups: Vec<usize> = fit.iter().map(|w| groups[*w]).collect();
+        let config = (*density).clone().with_seed(seed);
+        let density = DensityModel::fit(&rows, &groups, &config)
+            .with_context(|| format!("no density could be fitted on {}", sets[id].name))?;
         Ok(Self {
-            density,
+            ranking,
+            density: Some(density),
             fit_windows: fit.len(),
-            tested: Side::of(id.set, &test, scores),
         })
     }
 
-    /// Windows the density was fitted on.
-    pub fn fit_windows(&self) -> usize {
-        self.fit_windows
-    }
-
-    /// The ID test windows.
-    pub fn tested(&self) -> &Side {
-        &self.tested
-    }
-
-    /// All windows of an OOD set.
-    ///
-    /// # Errors
-    /// Rows that are not those of the density.
-    pub fn score(&self, ood: &Rows<'_>) -> Result<Side> {
-        Ok(Side {
-            scores: self.density.scores(ood.rows)?,
-            groups: ood.set.groups(),
-        })
-    }
-
-    /// Tests against an OOD set.
-    ///
-    /// # Errors
-    /// An empty side.
-    pub fn against(&self, id: char, ood: &Rows<'_>, bootstrap: Bootstrap) -> Result<Cell> {
-        let side = self.score(ood)?;
-        let letters = (id, ood.set.letter);
-        cell(letters, self.fit_windows, &self.tested, &side, bootstrap)
+    fn scores(&self, set: usize, windows: &[usize]) -> Result<Vec<Score>> {
+        match (self.ranking, &self.density) {
+            (Ranking::Statistics { rows, .. }, Some(density)) => {
+                let rows = windows.iter().map(|w| density.score(&rows[set][*w]));
+                Ok(rows.collect::<Result<_, _>>()?)
+            }
+            (Ranking::Scores(scores), _) => {
+                let scores = windows.iter().map(|w| Score::new(scores[set][*w]));
+                Ok(scores.collect())
+            }
+            (Ranking::Statistics { .. }, None) => bail!("no density was fitted"),
+        }
     }
 }
 
-/// The metrics of one ID side against one OOD side.
-///
-/// # Errors
-/// An empty side.
-pub fn cell(
+fn cell(
     (id, ood): (char, char),
     fit_windows: usize,
     tested: &Side,
@@ -203,7 +173,7 @@ pub fn cell(
     ];
     let estimates = estimate_all(&metrics, tested.grouped(), other.grouped(), bootstrap)?;
     let [auroc, aupr_in, aupr_out, fpr_at_95_tpr] = estimates[..] else {
-        anyhow::bail!("four metrics were asked for, {} came back", estimates.len());
+        bail!("four metrics were asked for, {} came back", estimates.len());
     };
     Ok(Cell {
         id,
@@ -216,4 +186,67 @@ pub fn cell(
         aupr_out,
         fpr_at_95_tpr,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sets;
+
+    #[test]
+    fn columns_are_in_the_order_of_the_paper() {
+        let pairs = [
+            ('O', 'K'),
+            ('K', 'O'),
+            ('O', 'I'),
+            ('I', 'O'),
+            ('K', 'I'),
+            ('I', 'K'),
+        ];
+        assert_eq!(columns(&['O', 'K', 'I']), pairs);
+    }
+
+    #[test]
+    fn cells_come_from_the_scores_of_test_windows_and_of_the_other_set() {
+        let mut sets = sets::synthetic(0, 3).unwrap();
+        for set in &mut sets {
+            set.choose_test_logs(&[], &[]);
+            set.cut(128, 30);
+        }
+        // Set number as the score: a later set is always more OOD than an earlier one.
+        let scores: Vec<Vec<f64>> = sets
+            .iter()
+            .enumerate()
+            .map(|(s, set)| vec![s as f64; set.windows.len()])
+            .collect();
+        let bootstrap = Bootstrap {
+            resamples: 2,
+            ..Bootstrap::default()
+        };
+        let mut found = Vec::new();
+        cells(
+            &sets,
+            &Ranking::Scores(&scores),
+            Split::HeldOut,
+            bootstrap,
+            &mut |cell, _, _| {
+                found.push(cell);
+                Ok(())
+            },
+        )
+        .unwrap();
+        assert_eq!(found.len(), 6);
+        for cell in &found {
+            let order = |letter| sets.iter().position(|s| s.letter == letter);
+            let expected = f64::from(u8::from(order(cell.ood) > order(cell.id)));
+            assert_eq!(cell.auroc.value, expected);
+            let id = sets.iter().find(|s| s.letter == cell.id).unwrap();
+            let tested = id
+                .windows
+                .iter()
+                .filter(|w| id.test_logs.contains(&w.trajectory));
+            assert_eq!(cell.id_windows, tested.count());
+            assert_eq!(cell.fit_windows, 0);
+        }
+    }
 }

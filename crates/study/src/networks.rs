@@ -1,115 +1,179 @@
-//! The networks behind the tables of `benchmark --all`, which lie in `crates/study/weights`.
+//! The networks behind the tables of the study, as values. Their weights lie in `crates/study/weights`.
 
-use crate::release::{ReleaseArgs, run};
-use anyhow::{Context, Result, bail};
-use dose3::built_in;
-use dose3::model_file::Model;
+use crate::training::Training;
+use anyhow::{Context, Result};
+use dose3::{Model, built_in};
+use dose3_datasets::Scaling;
+use dose3_diffusion::NoiseSchedule;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// A network: its name, and how `cargo xtask train-release-model` is called for it.
-#[derive(Clone, Copy, Debug)]
+/// A network, and how it is trained.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Network {
     /// Name of its file.
     pub name: &'static str,
-    /// Arguments of `train-release-model`.
-    pub arguments: &'static str,
+    /// Its training.
+    pub training: Training,
 }
 
-/// The shipped model of the paper's protocol, training seed 0.
-pub const KITTI: &str = "kitti";
+/// Networks of 1,500 optimiser steps, which the comparisons of training sets, lengths, steps and readings are
+/// between. They all see the same number of poses a step.
+const SHORT: Training = Training {
+    steps: 1500,
+    ..Training::PAPER
+};
 
-/// Networks beside the shipped one. The comparisons of training sets, lengths, steps and readings are
-/// between networks of 1,500 optimiser steps which see the same number of poses a step.
+const fn network(name: &'static str, training: Training) -> Network {
+    Network { name, training }
+}
+
+const fn of_length(name: &'static str, window: usize) -> Network {
+    let batch = SHORT.batch * SHORT.window / window;
+    network(
+        name,
+        Training {
+            window,
+            batch,
+            ..SHORT
+        },
+    )
+}
+
+const fn of_steps(name: &'static str, diffusion_steps: usize) -> Network {
+    network(
+        name,
+        Training {
+            diffusion_steps,
+            ..SHORT
+        },
+    )
+}
+
+const fn of_set(name: &'static str, letter: char, training: Training) -> Network {
+    network(
+        name,
+        Training {
+            set: Some(letter),
+            ..training
+        },
+    )
+}
+
+const fn of_seed(name: &'static str, seed: u64) -> Network {
+    network(
+        name,
+        Training {
+            seed,
+            ..Training::PAPER
+        },
+    )
+}
+
+/// The shipped model of `paper` windows, training seed 0.
+pub const KITTI: Network = network("kitti", Training::PAPER);
+/// The same with training seed 1.
+pub const KITTI_SEED1: Network = of_seed("kitti-seed1", 1);
+/// The same with training seed 2.
+pub const KITTI_SEED2: Network = of_seed("kitti-seed2", 2);
+/// The short network that all others of 1,500 steps are compared with.
+pub const KITTI_1500: Network = network("kitti-1500", SHORT);
+/// Trained on RobotCar.
+pub const ROBOTCAR_1500: Network = of_set("robotcar-1500", 'O', SHORT);
+/// Trained on IROS20.
+pub const IROS20_1500: Network = of_set("iros20-1500", 'I', SHORT);
+/// Windows of 64 poses.
+pub const LENGTH64: Network = of_length("kitti-length64", 64);
+/// Windows of 256 poses.
+pub const LENGTH256: Network = of_length("kitti-length256", 256);
+/// Windows of 512 poses.
+pub const LENGTH512: Network = of_length("kitti-length512", 512);
+/// 5 diffusion steps.
+pub const STEPS5: Network = of_steps("kitti-steps5", 5);
+/// 10 diffusion steps.
+pub const STEPS10: Network = of_steps("kitti-steps10", 10);
+/// 15 diffusion steps.
+pub const STEPS15: Network = of_steps("kitti-steps15", 15);
+/// Rotations with a linear noise schedule.
+pub const LINEAR: Network = network(
+    "kitti-linear",
+    Training {
+        rotation: NoiseSchedule::LINEAR,
+        ..SHORT
+    },
+);
+/// One scale for all windows.
+pub const ONE_SCALE: Network = network(
+    "kitti-onescale",
+    Training {
+        scaling: Scaling::PerDataset,
+        ..SHORT
+    },
+);
+/// Body-frame motion, trained on KITTI alone.
+pub const KITTI_MOTION: Network = of_set(
+    "kitti-motion",
+    'K',
+    Training {
+        steps: 1500,
+        ..Training::MOTION
+    },
+);
+
+/// Networks beside the shipped one.
 pub const NETWORKS: [Network; 14] = [
-    network("kitti-seed1", "--seed 1"),
-    network("kitti-seed2", "--seed 2"),
-    network("kitti-1500", "--steps 1500"),
-    network("robotcar-1500", "--steps 1500 --set O"),
-    network("iros20-1500", "--steps 1500 --set I"),
-    network("kitti-length64", "--steps 1500 --window 64 --batch 128"),
-    network("kitti-length256", "--steps 1500 --window 256 --batch 32"),
-    network("kitti-length512", "--steps 1500 --window 512 --batch 16"),
-    network("kitti-steps5", "--steps 1500 --diffusion-steps 5"),
-    network("kitti-steps10", "--steps 1500 --diffusion-steps 10"),
-    network("kitti-steps15", "--steps 1500 --diffusion-steps 15"),
-    network("kitti-linear", "--steps 1500 --rotation-schedule linear"),
-    network("kitti-onescale", "--steps 1500 --one-scale"),
-    network("kitti-motion", "--steps 1500 --recipe motion --set K"),
+    KITTI_SEED1,
+    KITTI_SEED2,
+    KITTI_1500,
+    ROBOTCAR_1500,
+    IROS20_1500,
+    LENGTH64,
+    LENGTH256,
+    LENGTH512,
+    STEPS5,
+    STEPS10,
+    STEPS15,
+    LINEAR,
+    ONE_SCALE,
+    KITTI_MOTION,
 ];
 
-const fn network(name: &'static str, arguments: &'static str) -> Network {
-    Network { name, arguments }
+/// Where weights lie.
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("weights")
 }
 
-/// Where the networks lie, seen from the root of the workspace.
-pub const FOLDER: &str = "crates/study/weights";
-
-/// The file of a network.
-pub fn file(name: &str) -> PathBuf {
-    Path::new(FOLDER).join(format!("{name}.dose3"))
-}
-
-/// The network of that name.
-///
-/// # Errors
-/// A name that none has; a file that is missing or cannot be read, with the command that makes it.
-pub fn load(name: &str) -> Result<Model> {
-    if name == KITTI {
-        return Ok(built_in::paper()?);
+impl Network {
+    /// The network of the study that has this name.
+    ///
+    /// # Errors
+    /// A name that none has.
+    pub fn named(name: &str) -> Result<Self> {
+        let found = NETWORKS.into_iter().find(|n| n.name == name);
+        found.with_context(|| {
+            let known = NETWORKS.map(|n| n.name).join(", ");
+            format!("no network is named {name}; there are {known}")
+        })
     }
-    find(name)?;
-    Model::read(&file(name)).with_context(|| {
-        format!("`cargo xtask train-release-model --study {name}` trains the network {name}")
-    })
-}
 
-fn find(name: &str) -> Result<&'static Network> {
-    NETWORKS.iter().find(|n| n.name == name).with_context(|| {
-        let known: Vec<&str> = NETWORKS.iter().map(|n| n.name).collect();
-        format!("no network is named {name}; there are {}", known.join(", "))
-    })
-}
-
-/// How a network is trained.
-///
-/// # Errors
-/// A name that none has.
-pub fn settings(name: &str) -> Result<ReleaseArgs> {
-    let mut settings = ReleaseArgs::of_line(find(name)?.arguments)?;
-    settings.out = Some(file(name));
-    settings.logs = Path::new(FOLDER).join("training");
-    Ok(settings)
-}
-
-/// Trains the networks that `--study` names; those whose file is there are left alone.
-///
-/// # Errors
-/// An unknown name, missing data, a training that fails.
-pub fn train(args: &ReleaseArgs) -> Result<()> {
-    let names = &args.study;
-    let all = names.iter().any(|n| n == "all");
-    if all && names.len() > 1 {
-        bail!("--study takes `all` or names");
+    /// The file of its weights.
+    pub fn file(&self) -> PathBuf {
+        folder().join(format!("{}.dose3", self.name))
     }
-    let names: Vec<&str> = match all {
-        true => NETWORKS.iter().map(|n| n.name).collect(),
-        false => names.iter().map(String::as_str).collect(),
-    };
-    for name in names {
-        let settings = ReleaseArgs {
-            data: args.data.clone(),
-            backend: args.backend,
-            threads: args.threads,
-            ..settings(name)?
-        };
-        if file(name).exists() {
-            println!("{} is trained already", file(name).display());
-            continue;
+
+    /// Its weights.
+    ///
+    /// # Errors
+    /// A file that is missing or cannot be read, with the command that makes it.
+    pub fn load(&self) -> Result<Model> {
+        if self.name == KITTI.name {
+            return Ok(built_in::paper()?);
         }
-        println!("{name}: train-release-model {}", find(name)?.arguments);
-        run(&settings)?;
+        Model::read(&self.file()).with_context(|| {
+            let name = self.name;
+            format!("`cargo xtask train-release-model --study {name}` trains the network {name}")
+        })
     }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -118,27 +182,30 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn names_are_different_and_arguments_parse() {
+    fn names_are_different_and_weights_were_trained_as_the_values_say() {
         let names: BTreeSet<&str> = NETWORKS.iter().map(|n| n.name).collect();
         assert_eq!(names.len(), NETWORKS.len());
-        for network in &NETWORKS {
-            let settings = settings(network.name).unwrap();
-            assert_eq!(settings.out(), file(network.name));
+        assert!(Network::named("kitti-length65").is_err());
+        for network in NETWORKS.into_iter().chain([KITTI]) {
+            let header = network.load().unwrap().header;
+            let (found, said) = (&header.training.config, network.training);
+            assert_eq!(header.window, said.window, "{}", network.name);
+            assert_eq!(header.process, said.process(), "{}", network.name);
+            assert_eq!(
+                (found.steps, found.batch, found.seed),
+                (said.steps, said.batch, said.seed),
+                "{}",
+                network.name
+            );
+            assert_eq!(header.representation.kind, said.representation);
         }
-        assert_eq!(settings("kitti-length64").unwrap().window, 64);
-        assert!(settings("kitti-length65").is_err());
     }
 
     #[test]
     fn the_compared_lengths_see_the_same_number_of_poses_a_step() {
-        for name in [
-            "kitti-1500",
-            "kitti-length64",
-            "kitti-length256",
-            "kitti-length512",
-        ] {
-            let settings = settings(name).unwrap();
-            assert_eq!(settings.window * settings.batch, 128 * 64, "{name}");
+        for network in [KITTI_1500, LENGTH64, LENGTH256, LENGTH512] {
+            let training = network.training;
+            assert_eq!(training.window * training.batch, 128 * 64);
         }
     }
 }

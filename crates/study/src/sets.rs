@@ -1,10 +1,10 @@
 //! The data sets of the benchmark: the paper's three, or three synthetic ones.
 
 use crate::data::DataRoot;
-use crate::release::HELD_OUT;
+use crate::roles::KITTI_TESTED;
 use anyhow::{Context, Result, bail};
 use dose3_datasets::synthetic::{Platform, suite};
-use dose3_datasets::{LoadOptions, Trajectory, Window, load_all, windows};
+use dose3_datasets::{LoadOptions, LogGroups, Trajectory, Window, load_all, windows};
 use std::collections::BTreeSet;
 
 /// Poses between the starts of windows, or a multiple of it.
@@ -132,20 +132,7 @@ impl DataSet {
 
     /// The log that each window was cut from, logs of one group counted as one.
     pub fn groups(&self) -> Vec<usize> {
-        let names: Vec<&str> = self
-            .trajectories
-            .iter()
-            .map(|t| t.group.as_str())
-            .collect::<BTreeSet<_>>()
-            .into_iter()
-            .collect();
-        self.windows
-            .iter()
-            .map(|w| {
-                let group = self.trajectories[w.trajectory].group.as_str();
-                names.iter().position(|n| *n == group).unwrap_or_default()
-            })
-            .collect()
+        LogGroups::of(&self.trajectories).of_windows(&self.windows)
     }
 }
 
@@ -190,7 +177,7 @@ pub fn real_set(root: &DataRoot, letter: char) -> Result<DataSet> {
 /// Fingerprints of the KITTI logs that no network of the benchmarks is trained on.
 pub fn kitti_held_out(logs: &[Trajectory]) -> Vec<String> {
     logs.iter()
-        .filter(|log| HELD_OUT.contains(&log.name.as_str()))
+        .filter(|log| KITTI_TESTED.contains(&log.name.as_str()))
         .map(Trajectory::fingerprint)
         .collect()
 }

@@ -12,7 +12,7 @@ use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use dose3::atomic;
 use dose3::backend::Backend;
-use dose3_study::provenance::{commit, machine, render_into};
+use dose3_study::provenance::{Start, render_into};
 use network::Pair;
 use pytorch::{Mode, Pytorch};
 use report::{NetworkRow, Report, ScoreRow};
@@ -114,14 +114,10 @@ pub struct Shape {
 /// # Errors
 /// Settings out of range, PyTorch where it is asked for and not there.
 pub fn run(args: &BenchArgs) -> Result<()> {
-    // Before the run: the checkout may move on meanwhile.
-    let commit = commit();
+    let command: Vec<String> = std::env::args().skip(1).collect();
+    let start = Start::now(&command.join(" "));
     check(args)?;
-    let start = Instant::now();
     let mut report = Report {
-        command: std::env::args().skip(1).collect::<Vec<_>>().join(" "),
-        commit,
-        machine: machine(),
         flex: cfg!(feature = "flex"),
         multipliers: args.multipliers.clone(),
         batch: args.batch,
@@ -144,7 +140,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
             scores(args, &shape, &mut report)?;
         }
     }
-    report.seconds = start.elapsed().as_secs_f64();
+    report.provenance = start.finish();
     let markdown = report.markdown();
     let json = serde_json::to_string_pretty(&report)?;
     atomic::write(&args.out.join("bench.json"), json.as_bytes())?;

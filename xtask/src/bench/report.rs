@@ -1,6 +1,7 @@
 //! Results of `bench` as data and as tables.
 
 use super::score::STRIDE;
+use dose3_study::provenance::Provenance;
 use serde::Serialize;
 use std::fmt::Write as _;
 
@@ -11,20 +12,15 @@ const NOT_BUILT: &str = "burn-flex and sgemm: not built; run \
 /// Everything that was measured, and what is needed to repeat it.
 #[derive(Default, Serialize)]
 pub struct Report {
-    /// Arguments after `cargo xtask`.
-    pub command: String,
-    /// Commit of the working tree.
-    pub commit: String,
-    /// Cores and processor.
-    pub machine: String,
+    /// Command, commit, machine, time.
+    #[serde(flatten)]
+    pub provenance: Provenance,
     /// Vector instructions of the engine.
     pub instructions: String,
     /// Version of PyTorch, where it ran.
     pub pytorch: Option<String>,
     /// Whether burn-flex is built in.
     pub flex: bool,
-    /// Wall time.
-    pub seconds: f64,
     /// Width multipliers of the networks.
     pub multipliers: Vec<usize>,
     /// Windows of a batch.
@@ -90,21 +86,18 @@ impl Report {
     pub fn markdown(&self) -> String {
         // Writing to a String cannot fail.
         let mut out = String::new();
-        let _ = writeln!(out, "`cargo xtask {}`", self.command);
+        let [command, origin] = self.provenance.lines();
         let pytorch = self.pytorch.as_ref();
         let _ = writeln!(
             out,
-            "commit {}, {}{}{}, {:.0} s; multipliers {}, batch {}, length {}; the shortest time \
+            "{command}\n{origin}{}{}; multipliers {}, batch {}, length {}; the shortest time \
              of several turns.",
-            self.commit,
-            self.machine,
             if self.instructions.is_empty() {
                 String::new()
             } else {
                 format!(", engine on {}", self.instructions)
             },
             pytorch.map_or(String::new(), |v| format!(", PyTorch {v}")),
-            self.seconds,
             numbers(&self.multipliers),
             self.batch,
             self.length,

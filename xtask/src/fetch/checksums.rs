@@ -3,6 +3,7 @@
 //! The authors publish no checksum of their archive, so the pose files in it are pinned instead:
 //! a repacked archive with the same poses is as good as the first one.
 
+use dose3_datasets::hex;
 use sha2::{Digest, Sha256};
 
 /// One pose file and what it must hash to.
@@ -37,10 +38,7 @@ pub const KITTI: [PoseFile<'static>; 11] = [
 /// assert!(empty.starts_with("e3b0c44298fc1c14"));
 /// ```
 pub fn sha256(content: &[u8]) -> String {
-    Sha256::digest(content)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    hex(Sha256::digest(content))
 }
 
 #[cfg(test)]

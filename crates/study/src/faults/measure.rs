@@ -1,13 +1,14 @@
 //! Everything that is measured with one model.
 
 use super::locate::{self, Locator};
-use super::methods::{DEFAULT, KINEMATIC, METHODS, Network, all};
+use super::methods::{DEFAULT, FOLLOWED, KINEMATIC, METHODS, Network, all};
 use super::prober::{Prober, SetRows, Settings, fit};
 use super::protocol::{LogSet, Part};
-use super::tables::FOLLOWED;
-use super::{Section, alarms, cells, controls, logs, near, report, windows};
-use crate::benchmark::{BenchmarkArgs, progress};
+use super::record::Run;
+use super::{FaultOptions, Section, alarms, cells, controls, logs, near, windows};
 use crate::data::DataRoot;
+use crate::options::Options;
+use crate::progress::progress;
 use anyhow::{Context, Result};
 use dose3::model_file::{LogRecord, Model};
 use dose3_datasets::faults::Fault;
@@ -28,32 +29,32 @@ struct Fitted {
 /// # Errors
 /// A failing network or fit.
 pub fn one_run(
-    args: &BenchmarkArgs,
+    options: &Options,
+    of_faults: &FaultOptions,
     (root, sets): (Option<&DataRoot>, &[LogSet]),
     faults: &[Fault],
     model: &Model,
     seed: u64,
-) -> Result<report::Run> {
-    let part = args.faults.part;
+) -> Result<Run> {
+    let part = of_faults.part;
     let settings = Settings {
-        steps: args.steps.unwrap_or(super::STEPS),
-        draws: args.draws.unwrap_or(super::DRAWS),
-        density: args.density.parse()?,
+        steps: of_faults.steps.unwrap_or(super::STEPS),
+        draws: of_faults.draws.unwrap_or(super::DRAWS),
+        density: options.density.parse()?,
         seed,
-        backend: args.backend,
-        threads: args.threads,
+        computing: options.computing,
     };
     let bootstrap = Bootstrap {
-        resamples: args.resamples,
+        resamples: options.resamples,
         seed,
         ..Bootstrap::default()
     };
     let mut prober = Prober::new(model, &settings)?;
-    let overlap = prober.poses.div_ceil(args.stride);
+    let overlap = prober.poses.div_ceil(of_faults.stride);
     let bytes = model.to_bytes(Precision::F32, &[])?;
-    let mut run = report::Run::new(seed, &bytes, trained_on(model, sets, part));
-    let fitted = fit_all(args, sets, &settings, &mut prober)?;
-    if args.wants(Section::Cells) {
+    let mut run = Run::new(seed, &bytes, trained_on(model, sets, part));
+    let fitted = fit_all(of_faults, sets, &settings, &mut prober)?;
+    if of_faults.wants(Section::Cells, options.quick) {
         run.cells = cells::run(sets, &fitted.rows, &fitted.detectors, part, bootstrap)?;
     }
     for (i, set) in sets.iter().enumerate() {
@@ -62,18 +63,18 @@ pub fn one_run(
             locator: &fitted.locators[i],
             detectors: &fitted.detectors[i],
             // Other faults than the tested ones, even where there is no severity to change.
-            seed: 2 * args.faults.seed + u64::from(part == Part::Validation),
+            seed: 2 * of_faults.seed + u64::from(part == Part::Validation),
             bootstrap,
             tick: &|| bar.inc(1),
         };
         let tested = set.tested(part);
-        if args.wants(Section::Windows) {
-            let count = if args.quick {
+        if of_faults.wants(Section::Windows, options.quick) {
+            let count = if options.quick {
                 super::QUICK_SITES
             } else {
                 usize::MAX
             };
-            let sites = windows::sites(&set.logs, &tested, args.faults.sites.min(count));
+            let sites = windows::sites(&set.logs, &tested, of_faults.sites.min(count));
             bar.set_length(passes() * (sites.len() * (faults.len() + 1)) as u64);
             run.sites.push((set.letter, sites.len()));
             let (cells, poses) = windows::run(set, &sites, faults, &context, &mut prober)?;
@@ -86,7 +87,7 @@ pub fn one_run(
                 sites.len()
             );
         }
-        if args.wants(Section::Logs) {
+        if of_faults.wants(Section::Logs, options.quick) {
             let pieces = logs::pieces(&set.logs, &tested);
             println!(
                 "{}: {} faults in {} pieces of logs",
@@ -103,21 +104,21 @@ pub fn one_run(
                 &mut prober,
             )?);
         }
-        if args.wants(Section::Controls) {
+        if of_faults.wants(Section::Controls, options.quick) {
             let rows = &fitted.rows[i];
             run.controls.extend(controls::run(
                 set,
                 rows,
                 part,
                 &FOLLOWED,
-                args.stride,
+                of_faults.stride,
                 &context,
                 &mut prober,
             )?);
         }
         bar.finish_and_clear();
     }
-    if args.wants(Section::Alarms) {
+    if of_faults.wants(Section::Alarms, options.quick) {
         let methods = [KINEMATIC, DEFAULT];
         for (set, rows) in sets.iter().zip(&fitted.rows) {
             let groups = set.groups().iter().max().map_or(0, |g| g + 1);
@@ -127,7 +128,7 @@ pub fn one_run(
             bar.finish_and_clear();
         }
     }
-    if args.wants(Section::Near) {
+    if of_faults.wants(Section::Near, options.quick) {
         let of = |letter| {
             let at = sets.iter().position(|set| set.letter == letter)?;
             Some((&sets[at], &fitted.rows[at], fitted.detectors[at].as_slice()))
@@ -148,16 +149,16 @@ pub fn one_run(
 
 /// The statistics of all logs, and what is fitted to the trusted ones.
 fn fit_all(
-    args: &BenchmarkArgs,
+    of_faults: &FaultOptions,
     sets: &[LogSet],
     settings: &Settings,
     prober: &mut Prober,
 ) -> Result<Fitted> {
-    let overlap = prober.poses.div_ceil(args.stride);
+    let overlap = prober.poses.div_ceil(of_faults.stride);
     let (mut all_rows, mut detectors, mut locators) = (Vec::new(), Vec::new(), Vec::new());
     for set in sets {
-        let fitted = set.fitted(args.faults.part);
-        let windows = cut_windows(&set.logs, prober.poses, args.stride);
+        let fitted = set.fitted(of_faults.part);
+        let windows = cut_windows(&set.logs, prober.poses, of_faults.stride);
         let bar = progress(passes() * windows.len() as u64, set.name)?;
         let mut poses = Vec::new();
         let trusted =

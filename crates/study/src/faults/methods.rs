@@ -37,6 +37,9 @@ pub const DIFFERENCES: usize = 2;
 /// Index of the default detector.
 pub const DEFAULT: usize = 6;
 
+/// Rows that are followed through logs and controls.
+pub const FOLLOWED: [usize; 4] = [KINEMATIC, MOMENTS, DIFFERENCES, DEFAULT];
+
 const fn method(
     key: &'static str,
     statistics: &'static str,

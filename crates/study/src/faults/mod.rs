@@ -10,24 +10,27 @@ mod measure;
 mod methods;
 mod near;
 mod prober;
-pub(crate) mod protocol;
-mod report;
+mod protocol;
+mod record;
+mod render;
 mod summary;
 mod tables;
 mod window_tables;
 mod windows;
 
-use crate::benchmark::BenchmarkArgs;
+pub use protocol::Part;
+
 use crate::data::DataRoot;
-use crate::provenance::{commit, machine, render_into};
+use crate::options::Options;
+use crate::provenance::{Start, write_document};
 use crate::sets;
-use anyhow::{Result, bail};
-use clap::{Args, ValueEnum};
+use anyhow::{Error, Result, bail};
+use dose3::Model;
 use dose3::atomic;
-use dose3::model_file::Model;
 use dose3_datasets::Kind;
-use protocol::{LogSet, Part, faults};
-use std::time::Instant;
+use protocol::{LogSet, faults};
+use std::path::PathBuf;
+use std::str::FromStr;
 
 /// Diffusion steps visited where `--steps` does not say.
 const STEPS: usize = 12;
@@ -36,29 +39,29 @@ const DRAWS: usize = 1;
 /// Most places a set with --quick.
 const QUICK_SITES: usize = 40;
 
-/// Arguments of `benchmark --faults`.
-#[derive(Debug, Args)]
-pub struct FaultArgs {
-    /// Measure detection of injected faults, false alarms and near platforms instead of the
-    /// paper's table; writes faults.json and faults.md
-    #[arg(long)]
-    pub faults: bool,
-    /// Which logs are tested
-    #[arg(long, value_enum, default_value_t, requires = "faults")]
+/// What `benchmark --faults` is told beside the [`Options`] of all.
+#[derive(Clone, Debug)]
+pub struct FaultOptions {
+    /// Models, one a training seed (none: the shipped one).
+    pub models: Vec<PathBuf>,
+    /// Which logs are tested.
     pub part: Part,
-    /// Places a set that faults are injected at (with --quick at most 40)
-    #[arg(long, value_name = "N", default_value_t = 150, requires = "faults")]
+    /// Places a set that faults are injected at.
     pub sites: usize,
-    /// Seed of noise, fits and faults
-    #[arg(long, default_value_t = 0, requires = "faults")]
+    /// Seed of noise, fits and faults.
     pub seed: u64,
-    /// Parts to run (default: all; --quick leaves out near)
-    #[arg(long, value_enum, value_delimiter = ',', requires = "faults")]
+    /// Sections to run (none: all; a quick run leaves out near platforms).
     pub only: Vec<Section>,
+    /// Poses between the starts of windows that fit densities.
+    pub stride: usize,
+    /// Diffusion steps visited.
+    pub steps: Option<usize>,
+    /// Noise draws.
+    pub draws: Option<usize>,
 }
 
-/// A part of the run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+/// A section of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Section {
     /// Faulty windows against the same places without fault, and where in them the fault is seen.
     Windows,
@@ -74,12 +77,37 @@ pub enum Section {
     Near,
 }
 
-impl BenchmarkArgs {
-    fn wants(&self, section: Section) -> bool {
-        if self.faults.only.is_empty() {
-            return !(self.quick && section == Section::Near);
+impl Section {
+    const ALL: [(Self, &str); 6] = [
+        (Self::Windows, "windows"),
+        (Self::Logs, "logs"),
+        (Self::Controls, "controls"),
+        (Self::Alarms, "alarms"),
+        (Self::Cells, "cells"),
+        (Self::Near, "near"),
+    ];
+}
+
+impl FromStr for Section {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match Self::ALL.iter().find(|(_, name)| *name == text) {
+            Some((section, _)) => Ok(*section),
+            None => {
+                let known = Self::ALL.map(|(_, name)| name).join(", ");
+                bail!("no section is named {text:?}, expected one of {known}")
+            }
         }
-        self.faults.only.contains(&section)
+    }
+}
+
+impl FaultOptions {
+    fn wants(&self, section: Section, quick: bool) -> bool {
+        if self.only.is_empty() {
+            return !(quick && section == Section::Near);
+        }
+        self.only.contains(&section)
     }
 }
 
@@ -87,93 +115,76 @@ impl BenchmarkArgs {
 ///
 /// # Errors
 /// Data that cannot be read, a model that does not fit, a failing fit.
-pub fn run(args: &BenchmarkArgs) -> Result<()> {
-    let start = Instant::now();
-    // Before the run: the checkout may move on meanwhile.
-    let commit = commit();
-    let models = models(args)?;
+pub fn run(options: &Options, of_faults: &FaultOptions) -> Result<()> {
+    let start = Start::now(&options.command);
+    let models = models(&of_faults.models)?;
     let header = &models[0].header;
-    let (root, sets) = load(args, header.rate)?;
+    let (root, sets) = load(options, of_faults.part, header.rate)?;
     let synthetic = root.is_none();
-    let faults = faults(args.faults.part, args.quick);
+    let faults = faults(of_faults.part, options.quick);
     let mut runs = Vec::new();
     for (index, model) in models.iter().enumerate() {
         if model.header.rate != header.rate || model.header.window != header.window {
-            bail!("--model: all models must have one rate and one window length");
+            bail!("all models must have one rate and one window length");
         }
         println!("model {} of {}", index + 1, models.len());
         runs.push(measure::one_run(
-            args,
+            options,
+            of_faults,
             (root.as_ref(), &sets),
             &faults,
             model,
-            args.faults.seed + index as u64,
+            of_faults.seed + index as u64,
         )?);
     }
-    let report = report::Report {
+    let report = record::Report {
         synthetic,
-        command: command(),
-        commit,
-        machine: machine(),
-        seconds: start.elapsed().as_secs_f64(),
-        part: args.faults.part,
-        seed: args.faults.seed,
+        part: of_faults.part,
+        seed: of_faults.seed,
         rate: header.rate,
         poses: header.representation.kind.poses(header.window),
-        stride: args.stride,
-        steps: args.steps.unwrap_or(STEPS).min(header.process.steps),
-        draws: args.draws.unwrap_or(DRAWS),
-        density: args.density.clone(),
-        resamples: args.resamples,
+        stride: of_faults.stride,
+        steps: of_faults.steps.unwrap_or(STEPS).min(header.process.steps),
+        draws: of_faults.draws.unwrap_or(DRAWS),
+        density: options.density.clone(),
+        resamples: options.resamples,
         faults: faults.len(),
         sets: sets
             .iter()
-            .map(|set| report::SetSummary::new(set, args.faults.part))
+            .map(|set| record::SetSummary::new(set, of_faults.part))
             .collect(),
-        summaries: summary::summaries(&report::lines(&runs)),
+        summaries: summary::summaries(&record::lines(&runs)),
         runs,
+        provenance: start.finish(),
     };
-    let markdown = report.markdown();
-    let json = args.out.join("faults.json");
+    let markdown = render::markdown(&report);
+    let json = options.out.join("faults.json");
     atomic::write(&json, serde_json::to_string_pretty(&report)?.as_bytes())?;
-    atomic::write(&args.out.join("faults.md"), markdown.as_bytes())?;
+    atomic::write(&options.out.join("faults.md"), markdown.as_bytes())?;
     println!("\n{markdown}\nwrote {} and faults.md", json.display());
-    if let Some(path) = &args.render {
+    if let Some(folder) = &options.render {
         // A run without windows has a place of its own: the other one may be of several models.
-        let name = match (synthetic, args.wants(Section::Windows)) {
-            (true, _) => "faults-synthetic",
-            (false, true) => "faults",
-            (false, false) => "faults-logs",
+        let windows = of_faults.wants(Section::Windows, options.quick);
+        let (name, title) = match (synthetic, windows) {
+            (true, _) => ("faults-synthetic", "Injected faults, synthetic data"),
+            (false, true) => ("faults", "Injected faults"),
+            (false, false) => ("faults-logs", "Injected faults in logs, and false alarms"),
         };
-        render_into(path, &markdown, name)?;
+        let path = write_document(folder, name, title, &markdown)?;
         println!("updated {}", path.display());
     }
     Ok(())
 }
 
-/// The arguments after `cargo xtask`, folders of model files left out.
-fn command() -> String {
-    let shorten = |word: String| -> String {
-        let parts = word.split(',').map(|part| match part.rsplit_once('/') {
-            Some((_, file)) if file.ends_with(".dose3") => file,
-            _ => part,
-        });
-        parts.collect::<Vec<_>>().join(",")
-    };
-    let words = std::env::args().skip(1).map(shorten);
-    words.collect::<Vec<_>>().join(" ")
-}
-
-fn models(args: &BenchmarkArgs) -> Result<Vec<Model>> {
-    if args.model.is_empty() {
+fn models(paths: &[PathBuf]) -> Result<Vec<Model>> {
+    if paths.is_empty() {
         return Ok(vec![dose3::built_in::motion()?]);
     }
-    let models: Vec<Model> = args
-        .model
+    let models: Vec<Model> = paths
         .iter()
-        .map(|p| Model::read(p))
+        .map(|path| Model::read(path))
         .collect::<dose3::Result<_>>()?;
-    for (model, path) in models.iter().zip(&args.model) {
+    for (model, path) in models.iter().zip(paths) {
         if model.header.representation.kind != Kind::Motion {
             bail!(
                 "{} is no motion model: faults show in the body's motion",
@@ -185,10 +196,10 @@ fn models(args: &BenchmarkArgs) -> Result<Vec<Model>> {
 }
 
 /// The sets, with the folder of real ones; none where they are synthetic.
-fn load(args: &BenchmarkArgs, hertz: f64) -> Result<(Option<DataRoot>, Vec<LogSet>)> {
-    let root = match args.synthetic {
+fn load(options: &Options, part: Part, hertz: f64) -> Result<(Option<DataRoot>, Vec<LogSet>)> {
+    let root = match options.synthetic {
         true => None,
-        false => DataRoot::find_optional(args.data.as_deref())?,
+        false => DataRoot::find_optional(options.data.as_deref())?,
     };
     let real = match &root {
         Some(root) => sets::real(root)?,
@@ -211,7 +222,7 @@ fn load(args: &BenchmarkArgs, hertz: f64) -> Result<(Option<DataRoot>, Vec<LogSe
         .map(|set| LogSet::new(set.letter, set.name, set.trajectories, hertz));
     let sets = at_rate.collect::<Result<Vec<_>>>()?;
     for set in &sets {
-        if set.tested(args.faults.part).is_empty() {
+        if set.tested(part).is_empty() {
             bail!("{} has too few logs: none is left to test", set.name);
         }
     }

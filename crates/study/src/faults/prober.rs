@@ -1,12 +1,11 @@
 //! Statistics of windows for all rows at once: one pass of the networks serves them all.
 
-use super::methods::{METHODS, Network};
+use super::methods::{METHODS, Network, all};
 use anyhow::{Context, Result};
-use dose3::backend::Backend;
-use dose3::features::Extractor;
-use dose3::model_file::Model;
-use dose3_datasets::{Representation, Trajectory, Window, stretch_numbers};
-use dose3_diffusion::{Branches, ModelPair, NoiseSharing, ProbeConfig, Process};
+use dose3::backend::Computing;
+use dose3::{Model, Probe, ProbePlan};
+use dose3_datasets::{Trajectory, Window, stretch_numbers};
+use dose3_diffusion::NoiseSharing;
 use dose3_model::PairParameters;
 use dose3_ood::localise::pose_numbers;
 use dose3_ood::{DensityConfig, DetectorConfig, DetectorStatistics, Place, StatisticsSet};
@@ -28,18 +27,13 @@ pub struct Settings {
     /// Seed of noise and fits.
     pub seed: u64,
     /// Where networks run.
-    pub backend: Backend,
-    /// Threads of the engine.
-    pub threads: usize,
+    pub computing: Computing,
 }
 
 /// Turns windows into statistics.
 pub struct Prober {
-    trained: ModelPair,
-    untrained: ModelPair,
-    process: Process,
-    probe: ProbeConfig,
-    representation: Representation,
+    trained: Probe,
+    untrained: Probe,
     /// Poses of a window.
     pub poses: usize,
 }
@@ -50,22 +44,26 @@ impl Prober {
     /// # Errors
     /// A backend that is not there.
     pub fn new(model: &Model, settings: &Settings) -> Result<Self> {
-        let header = &model.header;
-        let process = Process::new(header.process)?;
-        let untrained = PairParameters::init(&model.parameters.config(), settings.seed)?;
-        let load = |p| settings.backend.load(p, settings.threads);
+        let plan = ProbePlan {
+            steps: settings.steps.min(model.header.process.steps),
+            draws: settings.draws,
+            seed: settings.seed,
+            sharing: NoiseSharing::Common,
+        };
+        let untrained = Model {
+            header: model.header.clone(),
+            parameters: PairParameters::init(&model.parameters.config(), settings.seed)?,
+        };
+        let probe = |model: &Model, trained: bool| -> Result<Probe> {
+            let sets = distinct(&of_networks(&all(), trained))?;
+            let sets = sets.iter().map(|(set, _)| set);
+            Ok(Probe::for_sets(model, &plan, sets, settings.computing)?)
+        };
+        let trained = probe(model, true)?;
         Ok(Self {
-            trained: load(&model.parameters)?,
-            untrained: load(&untrained)?,
-            probe: ProbeConfig {
-                steps: settings.steps.min(process.steps()),
-                draws: settings.draws,
-                seed: settings.seed,
-                sharing: NoiseSharing::Common,
-            },
-            process,
-            representation: header.representation,
-            poses: header.representation.kind.poses(header.window),
+            poses: trained.poses(),
+            untrained: probe(&untrained, false)?,
+            trained,
         })
     }
 
@@ -99,43 +97,34 @@ impl Prober {
         tick: &dyn Fn(),
     ) -> Result<Rows> {
         let mut rows: Rows = vec![Vec::new(); METHODS.len()];
-        let of = |trained: bool| -> Vec<usize> {
-            let all = methods.iter().copied();
-            all.filter(|&m| (METHODS[m].network != Network::Untrained) == trained)
-                .collect()
-        };
-        for (models, methods, trained) in [
-            (&mut self.trained, of(true), true),
-            (&mut self.untrained, of(false), false),
-        ] {
-            let sets = distinct(&methods)?;
+        for (probe, trained) in [(&mut self.trained, true), (&mut self.untrained, false)] {
+            let sets = distinct(&of_networks(methods, trained))?;
             if sets.is_empty() {
                 continue;
             }
-            let networks = sets.iter().any(|(set, _)| set.needs_trace());
-            let mut extractor = Extractor {
-                models,
-                process: &self.process,
-                probe: self.probe,
-                representation: self.representation,
-            };
-            let branches = networks.then_some(Branches::Both);
-            extractor.for_each(logs, windows, branches, &mut |index, data| {
+            probe.measure(logs, windows, |window| {
                 for (set, methods) in &sets {
-                    let row = set.evaluate(&data.sample())?;
+                    let row = window.row(set)?;
                     for &method in methods {
                         rows[method].push(row.clone());
                     }
                 }
-                if trained && wanted(index) {
-                    visit(index, pose_numbers(&data.sample())?);
+                if trained && wanted(window.index) {
+                    visit(window.index, pose_numbers(&window.sample())?);
                 }
                 tick();
-                Ok(())
+                anyhow::Ok(())
             })?;
         }
         Ok(rows)
     }
+}
+
+/// Those of some methods that the trained networks serve, or the untrained ones.
+fn of_networks(methods: &[usize], trained: bool) -> Vec<usize> {
+    let all = methods.iter().copied();
+    all.filter(|&m| (METHODS[m].network != Network::Untrained) == trained)
+        .collect()
 }
 
 /// The sets of some methods, each once, with the methods that share it.

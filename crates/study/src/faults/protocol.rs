@@ -1,17 +1,18 @@
-//! Which logs do what, and which faults are injected: fixed before anything is measured.
+//! Which logs are tested, and which faults are injected: fixed before anything is measured.
 
-use anyhow::Result;
-use clap::ValueEnum;
+use crate::roles::{Role, roles};
+use anyhow::{Error, Result, bail};
 use dose3_datasets::faults::Fault;
-use dose3_datasets::{Trajectory, at_rate};
+use dose3_datasets::{LogGroups, Trajectory, at_rate};
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::fmt;
+use std::str::FromStr;
 
 /// Severities of the validation part over those of the tested suite.
 const BETWEEN: f64 = 1.4;
 
 /// Which logs are tested.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Part {
     /// The validation logs, with other severities and another seed: what settings are chosen on.
@@ -21,42 +22,25 @@ pub enum Part {
     Test,
 }
 
-/// What a log is used for, in order of precedence within a group of logs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Role {
-    /// Networks are trained on it.
-    Network,
-    /// Settings are chosen on it.
-    Validation,
-    /// Nothing but the final test sees it.
-    Test,
-    /// Only densities see it.
-    Density,
-}
-
-/// The role of the log at `index` of a set sorted by name.
-pub fn role(letter: char, index: usize, name: &str) -> Role {
-    const TURNS: [Role; 4] = [Role::Network, Role::Density, Role::Validation, Role::Test];
-    match (letter, name) {
-        ('K', "07" | "09" | "10") => Role::Test,
-        ('K', "05" | "06") => Role::Validation,
-        ('K', _) => Role::Network,
-        _ => TURNS[index % TURNS.len()],
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Validation => "validation",
+            Self::Test => "test",
+        })
     }
 }
 
-/// Roles of all logs of a set. The logs of a group (one recording) share the first role that any of
-/// them has: a log is tested only where the networks saw none of its group.
-pub fn roles(letter: char, logs: &[Trajectory]) -> Vec<Role> {
-    let mut of_group = BTreeMap::new();
-    for (i, log) in logs.iter().enumerate() {
-        let own = role(letter, i, &log.name);
-        let shared = of_group.entry(log.group.as_str()).or_insert(own);
-        *shared = own.min(*shared);
+impl FromStr for Part {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match text {
+            "validation" => Ok(Self::Validation),
+            "test" => Ok(Self::Test),
+            _ => bail!("no part is named {text:?}, expected validation or test"),
+        }
     }
-    let of = |log: &Trajectory| of_group.get(log.group.as_str()).copied();
-    logs.iter().filter_map(of).collect()
 }
 
 /// One data set at the model's rate.
@@ -120,14 +104,7 @@ impl LogSet {
 
     /// Per log the number of its group, counted in order of appearance.
     pub fn groups(&self) -> Vec<usize> {
-        let mut numbers = BTreeMap::new();
-        self.raw
-            .iter()
-            .map(|log| {
-                let next = numbers.len();
-                *numbers.entry(log.group.as_str()).or_insert(next)
-            })
-            .collect()
+        LogGroups::of(&self.raw).of_log
     }
 }
 
@@ -147,23 +124,9 @@ mod tests {
     use dose3_datasets::synthetic::{Platform, suite};
 
     #[test]
-    fn roles_by_hand() {
-        assert_eq!(role('K', 9, "09"), Role::Test);
-        assert_eq!(role('K', 5, "05"), Role::Validation);
-        assert_eq!(role('K', 3, "03"), Role::Network);
-        assert_eq!(role('O', 1, "2019"), Role::Density);
-        assert_eq!(role('I', 7, "traj_9"), Role::Test);
-        // The second log is of the first one's group and moves to its role.
+    fn tested_logs_fit_nothing() {
         let mut logs = suite(Platform::Vehicle, 5, 1);
         logs[1].group = logs[0].group.clone();
-        let expected = [
-            Role::Network,
-            Role::Network,
-            Role::Validation,
-            Role::Test,
-            Role::Network,
-        ];
-        assert_eq!(roles('V', &logs), expected);
         let hertz = logs[0].rate.hertz;
         let set = LogSet::new('V', "vehicle", logs, hertz).unwrap();
         assert_eq!(set.fitted(Part::Test), [0, 1, 2, 4]);

@@ -2,6 +2,7 @@
 
 use super::methods::{KINEMATIC, METHODS, MOMENTS};
 use super::windows::FaultCell;
+use crate::numbers::spread;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -40,6 +41,18 @@ impl Line {
 /// Mean; none of nothing.
 pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// Mean of some numbers, with their spread where there are several.
+pub fn show(values: &[f64]) -> String {
+    match values {
+        [] => "–".into(),
+        [one] => format!("{one:.3}"),
+        several => {
+            let (mean, spread) = spread(several);
+            format!("{mean:.3} ± {spread:.3}")
+        }
+    }
 }
 
 /// Puts the cells of several models into lines, in the order of the first model's.

@@ -2,14 +2,11 @@
 
 use super::alarms::Alarms;
 use super::logs::{FAULT, LogCell, PIECE, SHORTEST, STRIDE};
-use super::methods::{DEFAULT, DIFFERENCES, KINEMATIC, METHODS, MOMENTS};
+use super::methods::{DEFAULT, FOLLOWED, KINEMATIC, METHODS};
 use super::near::NearCell;
-use super::report::{Report, show};
-use super::summary::mean;
+use super::record::Report;
+use super::summary::{mean, show};
 use std::fmt::Write as _;
-
-/// Rows that are followed through logs and controls.
-pub const FOLLOWED: [usize; 4] = [KINEMATIC, MOMENTS, DIFFERENCES, DEFAULT];
 
 /// Things in the order of their first appearance, each once.
 fn distinct<T: PartialEq>(all: impl Iterator<Item = T>) -> Vec<T> {

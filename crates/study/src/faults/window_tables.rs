@@ -1,8 +1,8 @@
 //! Tables of faults in windows.
 
 use super::methods::METHODS;
-use super::report::{Report, show};
-use super::summary::{self, Line, mean};
+use super::record::Report;
+use super::summary::{self, Line, mean, show};
 use super::windows::{CUT, FAULT};
 use std::fmt::Write as _;
 

@@ -1,9 +1,8 @@
 //! Windows of poses as the numbers and labels that the baselines learn from.
 
 use anyhow::{Context, Result, ensure};
-use dose3::features::increments;
 use dose3_baselines::Motion;
-use dose3_datasets::{Representation, Trajectory, Window};
+use dose3_datasets::{Representation, Trajectory, Window, increments};
 use dose3_diffusion::rotation_tangents;
 
 /// Numbers of an element: represented translation x, y, z, then rotation tangent x, y, z.

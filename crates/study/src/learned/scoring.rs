@@ -1,21 +1,15 @@
 //! Scores of the baselines for the sets of the benchmark.
 
-use super::training::{LENGTH, Options, report, train_on};
+use super::training::{Options, train_on};
 use super::weights::Learned;
-use super::{Answer, Baseline, LearnedScores, Request, ScoresArgs, SetWindows};
-use crate::data::DataRoot;
-use crate::release::RATE;
-use crate::sets::{self, DataSet};
+use super::{Baseline, LearnedScores, Weights};
+use crate::sets::DataSet;
 use anyhow::{Context, Result, bail};
-use dose3::atomic;
 use dose3::train::{HoldOut, split};
-use dose3_datasets::{Kind, Trajectory, Window, at_rate};
-use std::collections::BTreeMap;
+use dose3_datasets::{Kind, Trajectory, Window};
 use std::path::Path;
 use std::time::Instant;
 
-/// Training steps on synthetic data; with `--quick`, a fifth.
-const SYNTHETIC_STEPS: usize = 300;
 /// Share of the synthetic vehicle's logs that is held out of training.
 const HELD_OUT_SHARE: f64 = 0.25;
 
@@ -23,12 +17,11 @@ const HELD_OUT_SHARE: f64 = 0.25;
 ///
 /// # Errors
 /// No such file, or windows that are not of its kind.
-pub fn score(file: &Path, trajectories: &[Trajectory], windows: &[Window]) -> Result<Vec<f64>> {
+pub fn of_file(file: &Path, trajectories: &[Trajectory], windows: &[Window]) -> Result<Vec<f64>> {
     Learned::read(file)?.score(trajectories, windows)
 }
 
-/// Scores of the shipped weights for the windows of `sets`; for `motion`, logs are at 10 Hz and
-/// windows have one pose more than elements.
+/// Scores for the windows of `sets`; for `motion`, logs are at 10 Hz and windows have one pose more than elements.
 ///
 /// # Errors
 /// Weights that are not there, with the command that trains them, and windows of another kind.
@@ -37,7 +30,21 @@ pub fn scores(
     representation: Kind,
     seed: u64,
     sets: &[DataSet],
+    weights: Weights,
 ) -> Result<LearnedScores> {
+    let options = |steps| Options {
+        baseline,
+        representation,
+        seed,
+        steps: Some(steps),
+    };
+    match weights {
+        Weights::Study => of(&study(baseline, representation, seed)?, sets),
+        Weights::Vehicle { steps } => trained_now(options(steps), sets),
+    }
+}
+
+fn study(baseline: Baseline, representation: Kind, seed: u64) -> Result<Learned> {
     let path = baseline.weights(representation, seed);
     if !path.exists() {
         bail!(
@@ -47,7 +54,7 @@ pub fn scores(
             baseline.name()
         );
     }
-    of(&Learned::read(&path)?, sets)
+    Learned::read(&path)
 }
 
 fn of(learned: &Learned, sets: &[DataSet]) -> Result<LearnedScores> {
@@ -65,119 +72,50 @@ fn of(learned: &Learned, sets: &[DataSet]) -> Result<LearnedScores> {
     })
 }
 
-/// Both baselines on `sets`, with the shipped weights or, for synthetic data, trained now.
-pub(super) fn answer(
-    request: &Request,
-    sets: &[DataSet],
-) -> Result<BTreeMap<Baseline, LearnedScores>> {
-    let both = Baseline::ALL.into_iter().map(|baseline| {
-        let scores = if request.synthetic {
-            trained_now(baseline, request, sets)?
-        } else {
-            scores(baseline, request.representation, request.seed, sets)?
-        };
-        Ok((baseline, scores))
-    });
-    both.collect()
-}
-
-fn trained_now(baseline: Baseline, request: &Request, sets: &[DataSet]) -> Result<LearnedScores> {
+fn trained_now(options: Options, sets: &[DataSet]) -> Result<LearnedScores> {
     let vehicle = sets
         .iter()
         .find(|set| set.letter == 'V')
         .context("the synthetic vehicle is missing")?;
     let held_out = HoldOut::Fraction(HELD_OUT_SHARE);
-    let (training, _) = split(&vehicle.trajectories, &held_out, request.seed)?;
-    let by_default = match request.quick {
-        true => SYNTHETIC_STEPS / 5,
-        false => SYNTHETIC_STEPS,
-    };
-    let options = Options {
-        baseline,
-        representation: request.representation,
-        seed: request.seed,
-        steps: Some(request.train_steps.unwrap_or(by_default)),
-    };
-    let learned = train_on(&training, options, &mut report(Instant::now()))?;
+    let (training, _) = split(&vehicle.trajectories, &held_out, options.seed)?;
+    let learned = train_on(&training, options, &mut |_| ())?;
     let mut scores = of(&learned, sets)?;
     scores.outcome += ", SYNTHETIC: trained on the synthetic vehicle, not on KITTI";
     Ok(scores)
 }
 
-/// Writes the answer to a request.
-pub fn run(args: &ScoresArgs) -> Result<()> {
-    let sets = load(&args.request)?;
-    let answer = Answer {
-        sets: sets.iter().map(SetWindows::new).collect(),
-        baselines: answer(&args.request, &sets)?,
-    };
-    atomic::write(&args.out, &serde_json::to_vec(&answer)?)
-}
-
-/// The sets of the benchmark with the windows that the request names.
-fn load(request: &Request) -> Result<Vec<DataSet>> {
-    let mut sets = match request.synthetic {
-        true => sets::synthetic(0, sets::synthetic_logs(request.quick))?,
-        false => sets::real(&DataRoot::find(request.data.as_deref())?)?,
-    };
-    let kind = request.representation;
-    for set in &mut sets {
-        if kind == Kind::Motion {
-            for log in &mut set.trajectories {
-                *log = at_rate(log, RATE)?;
-            }
-        }
-        set.cut(kind.poses(LENGTH), request.most);
-    }
-    Ok(sets)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sets;
+    use crate::training::RATE;
+    use dose3_datasets::at_rate;
 
     #[test]
     fn missing_weights_name_the_command_that_trains_them() {
-        let refusal = scores(Baseline::Jem, Kind::Motion, 987_654, &[]).unwrap_err();
+        let refusal = scores(Baseline::Jem, Kind::Motion, 987_654, &[], Weights::Study);
+        let refusal = refusal.unwrap_err().to_string();
         let command = "train-baselines --baseline jem --representation motion --seed 987654";
-        assert!(refusal.to_string().contains(command), "{refusal}");
+        assert!(refusal.contains(command), "{refusal}");
     }
 
     #[test]
     fn synthetic_sets_are_scored_by_what_is_trained_now() {
-        let request = Request {
-            representation: Kind::Motion,
-            seed: 1,
-            most: 40,
-            data: None,
-            synthetic: true,
-            quick: true,
-            train_steps: Some(2),
-            threads: 0,
-        };
-        let folder = tempfile::tempdir().unwrap();
-        let out = folder.path().join("scores.json");
-        let args = ScoresArgs {
-            request: request.clone(),
-            out: out.clone(),
-        };
-        run(&args).unwrap();
-        let written: Answer = serde_json::from_slice(&std::fs::read(out).unwrap()).unwrap();
-
-        let mut sets = sets::synthetic(0, sets::synthetic_logs(true)).unwrap();
+        let mut sets = sets::synthetic(0, 4).unwrap();
         for set in &mut sets {
-            for log in &mut set.trajectories {
-                *log = at_rate(log, RATE).unwrap();
-            }
-            set.cut(129, request.most);
+            let logs = std::mem::take(&mut set.trajectories).into_iter();
+            set.trajectories = logs.map(|log| at_rate(&log, RATE).unwrap()).collect();
+            set.cut(129, 40);
         }
-        let direct = super::super::request(&request, &sets).unwrap();
-        let written = written.for_sets(&sets).unwrap();
-        assert_eq!(written.len(), Baseline::ALL.len());
-        for (baseline, scores) in written {
-            assert_eq!(scores.scores, direct[&baseline].scores);
-            assert!(scores.outcome.contains("SYNTHETIC"));
-            assert!(scores.parameters > 10_000);
+        for baseline in Baseline::ALL {
+            let weights = Weights::Vehicle { steps: 2 };
+            let found = scores(baseline, Kind::Motion, 1, &sets, weights).unwrap();
+            assert!(found.outcome.contains("SYNTHETIC"));
+            assert!(found.parameters > 10_000);
+            for (scores, set) in found.scores.iter().zip(&sets) {
+                assert_eq!(scores.len(), set.windows.len());
+            }
         }
     }
 }

@@ -1,26 +1,21 @@
 //! Training of the baselines.
 
+use super::Baseline;
 use super::input::{CHANNELS, motions, numbers};
 use super::network::Network;
 use super::weights::{Learned, Record};
-use super::{Baseline, TrainArgs};
-use crate::data::DataRoot;
-use crate::release::HELD_OUT;
+use crate::roles::KITTI_TESTED;
 use anyhow::{Context, Result, ensure};
 use dose3::model_file::LogRecord;
 use dose3::train::{HoldOut, split};
 use dose3_baselines::{GlowConfig, GlowRatio, Jem, JemConfig, Manoeuvres, Progress, Sequences};
-use dose3_datasets::{
-    Kind, LoadOptions, Representation, Scaling, Trajectory, Window, load_all, windows,
-};
+use dose3_datasets::{Kind, Representation, Scaling, Trajectory, Window, windows};
 use std::time::Instant;
 
 /// Elements of a window.
 pub const LENGTH: usize = 128;
 /// Bins of turning rate and of speed whose combinations are JEM's classes.
 const BINS: usize = 3;
-/// Steps between two lines of progress.
-const REPORT_EVERY: usize = 100;
 
 /// Settings of [`train_on`].
 #[derive(Clone, Copy, Debug)]
@@ -116,56 +111,13 @@ fn jem(
 }
 
 /// The logs of KITTI without those that are tested.
-fn training_logs(kitti: &[Trajectory]) -> Result<Vec<Trajectory>> {
-    let held_out = HoldOut::Names(HELD_OUT.map(String::from).to_vec());
+///
+/// # Errors
+/// No other log.
+pub fn training_logs(kitti: &[Trajectory]) -> Result<Vec<Trajectory>> {
+    let held_out = HoldOut::Names(KITTI_TESTED.map(String::from).to_vec());
     let (training, _) = split(kitti, &held_out, 0)?;
     Ok(training)
-}
-
-/// Trains on KITTI what `args` name, and writes the weights.
-pub fn run(args: &TrainArgs) -> Result<()> {
-    let root = DataRoot::find(args.data.as_deref())?;
-    let logs = training_logs(&load_all(&[root.kitti()?], &LoadOptions::default())?)?;
-    for baseline in Baseline::ALL {
-        if args.baseline.is_some_and(|only| only != baseline) {
-            continue;
-        }
-        let options = Options {
-            baseline,
-            representation: args.representation,
-            seed: args.seed,
-            steps: args.steps,
-        };
-        let learned = train_on(&logs, options, &mut report(Instant::now()))?;
-        let shipped = || baseline.weights(args.representation, args.seed);
-        let out = args.out.clone().unwrap_or_else(shipped);
-        learned.write(&out)?;
-        println!(
-            "wrote {}; {} windows of {} logs, {} parameters, {}, {:.0} s",
-            out.display(),
-            learned.record.windows,
-            logs.len(),
-            learned.parameters(),
-            learned.record.outcome,
-            learned.seconds.unwrap_or_default()
-        );
-    }
-    Ok(())
-}
-
-/// Prints every hundredth step and the last.
-pub fn report(start: Instant) -> impl FnMut(Progress) {
-    move |Progress {
-              stage,
-              step,
-              steps,
-              loss,
-          }| {
-        if step.is_multiple_of(REPORT_EVERY) || step == steps {
-            let seconds = start.elapsed().as_secs_f64();
-            println!("{stage} step {step} of {steps}: loss {loss:.4} ({seconds:.0} s)");
-        }
-    }
 }
 
 #[cfg(test)]
@@ -178,7 +130,11 @@ mod tests {
         let names = ["00", "01", "07", "09", "10"];
         let log = |(i, name): (usize, &&str)| {
             let mut log = trajectory(Platform::Vehicle, i as u64, 260, 10.0);
-            let faster = if HELD_OUT.contains(name) { 3.0 } else { 1.0 };
+            let faster = if KITTI_TESTED.contains(name) {
+                3.0
+            } else {
+                1.0
+            };
             log.poses
                 .iter_mut()
                 .for_each(|pose| pose.translation *= faster);
@@ -243,7 +199,7 @@ mod tests {
             let direct = learned.score(&logs[3..], &cut).unwrap();
             assert!(direct.iter().all(|score| score.is_finite()));
             assert!(direct[0] != direct[1]);
-            let read = super::super::score(&path, &logs[3..], &cut).unwrap();
+            let read = super::super::of_file(&path, &logs[3..], &cut).unwrap();
             assert_eq!(read, direct);
             assert_eq!(Learned::read(&path).unwrap().record, learned.record);
             assert!(learned.record.outcome.contains("2 steps"));
