@@ -268,11 +268,13 @@ pub mod tests {
             found(b, &[(R3, 0.7)]),
             (c, Outcome::NotRun("no weights".into())),
         ]);
-        let query = |of| Query {
-            of,
-            row: R3,
-            split: Split::HeldOut,
-        };
+        fn query(of: &[Experiment]) -> Query<'_> {
+            Query {
+                of,
+                row: R3,
+                split: Split::HeldOut,
+            }
+        }
         let line = findings.line("R^3", query(&[a, b]));
         assert_eq!(line.cells.len(), 7);
         assert_eq!(line.cells[0].text, "0.600 ± 0.141");
