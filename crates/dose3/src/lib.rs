@@ -8,7 +8,6 @@ pub mod built_in;
 pub mod detector_file;
 pub mod error;
 pub mod evaluate;
-pub mod features;
 pub mod fit;
 pub mod generate;
 pub mod logs;
