@@ -55,6 +55,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::property_cases::cases(256))]
+
         #[test]
         fn between_bonferroni_and_no_correction(
             p in prop::collection::vec(0.0_f64..=1.0, 1..40),

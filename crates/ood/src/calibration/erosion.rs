@@ -106,6 +106,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::property_cases::cases(256))]
+
         #[test]
         fn a_longer_run_is_no_higher(
             values in prop::collection::vec(-20_i32..20, 1..40),

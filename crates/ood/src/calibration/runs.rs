@@ -525,6 +525,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::property_cases::cases(256))]
+
         #[test]
         fn a_higher_window_never_raises_the_chance(
             trusted in prop::collection::vec(-9_i32..9, 12..80),

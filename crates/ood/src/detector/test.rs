@@ -164,6 +164,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::property_cases::cases(256))]
+
         #[test]
         fn never_below_the_smallest_chance_nor_above_1(
             p in prop::collection::vec(0.0_f64..=1.0, 1..6),
