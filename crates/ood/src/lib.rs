@@ -5,6 +5,7 @@ pub mod density;
 pub mod detector;
 mod error;
 pub mod fdr;
+pub mod findings;
 pub mod folds;
 pub mod localise;
 pub mod metrics;

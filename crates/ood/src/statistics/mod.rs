@@ -19,12 +19,14 @@
 //! | `kinematic` | 36 | body velocity, angular rate and their differences (a baseline without a network) | increments |
 //! | `differences` | 36 | quantiles of the first and second differences of velocity and rate (no network) | increments |
 //! | `lin` | 36 | quantiles of what a linear prediction of each axis from the others leaves over (no network) | increments, [`LinearPredictor`] |
+//! | `cc` | 28 | correlation of pairs of axes and its lag (no network) | increments |
 //!
 //! Members joined by `+` share one density. A set may also hold blocks, separated by commas:
 //! `kinematic,differences,residual+eps-mean`. Each block has a density of its own, and a
 //! [`Combination`](crate::calibration::Combination) makes one score of them.
 
 mod bands;
+mod correlation;
 mod differences;
 mod kinematic;
 mod linear;
@@ -35,7 +37,7 @@ mod quantile;
 mod set;
 mod statistic;
 mod trace;
-mod twist;
+pub(crate) mod twist;
 
 pub use bands::BANDS;
 pub use linear::{Deviation, LinearPredictor, LinearReference, Regressors};

@@ -1,7 +1,8 @@
 //! The named members of a set.
 
 use super::{
-    Column, Sample, TraceSummary, bands, differences, kinematic, linear, moments, paper, path,
+    Column, Sample, TraceSummary, bands, correlation, differences, kinematic, linear, moments,
+    paper, path,
 };
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -39,6 +40,8 @@ pub enum Statistic {
     Differences,
     /// Quantiles of what a linear prediction of each axis from the others leaves over.
     Lin,
+    /// Cross-correlations of pairs of axes and their lags.
+    Cc,
 }
 
 /// What a statistic is computed from.
@@ -51,7 +54,7 @@ pub(super) enum Source {
 
 impl Statistic {
     /// All statistics, in the order of the documentation.
-    pub const ALL: [Statistic; 13] = [
+    pub const ALL: [Statistic; 14] = [
         Statistic::Paper24,
         Statistic::Paper12,
         Statistic::R3,
@@ -65,6 +68,7 @@ impl Statistic {
         Statistic::Kinematic,
         Statistic::Differences,
         Statistic::Lin,
+        Statistic::Cc,
     ];
 
     /// The name used in files, on the command line and in tables.
@@ -84,13 +88,16 @@ impl Statistic {
             Statistic::Kinematic => "kinematic",
             Statistic::Differences => "differences",
             Statistic::Lin => "lin",
+            Statistic::Cc => "cc",
         }
     }
 
     pub(super) fn source(self) -> Source {
         match self {
             Statistic::Moments24 => Source::Poses,
-            Statistic::Kinematic | Statistic::Differences | Statistic::Lin => Source::Increments,
+            Statistic::Kinematic | Statistic::Differences | Statistic::Lin | Statistic::Cc => {
+                Source::Increments
+            }
             _ => Source::Trace,
         }
     }
@@ -112,6 +119,7 @@ impl Statistic {
             Statistic::Kinematic => kinematic::columns(),
             Statistic::Differences => differences::columns(),
             Statistic::Lin => linear::columns(),
+            Statistic::Cc => correlation::columns(),
         }
     }
 
@@ -133,6 +141,7 @@ impl Statistic {
                 })?;
                 match self {
                     Statistic::Differences => differences::values(increments, out),
+                    Statistic::Cc => correlation::values(increments, out),
                     Statistic::Lin => {
                         let predictor = sample.linear.ok_or(Error::MissingInput {
                             statistic: self,
@@ -187,7 +196,8 @@ impl Statistic {
             Statistic::Moments24
             | Statistic::Kinematic
             | Statistic::Differences
-            | Statistic::Lin => {}
+            | Statistic::Lin
+            | Statistic::Cc => {}
         }
         Ok(())
     }

@@ -1,0 +1,3 @@
+//! What is found beside the verdict, in physical terms.
+
+pub mod calibration;
