@@ -5,6 +5,8 @@ use super::reference::median;
 
 /// The position is tried so many whole poses earlier to later against the attitude.
 const FARTHEST: i64 = 3;
+/// A shift may raise the logarithm of what the regressions leave over by this.
+const TORN_APART: f64 = 0.1;
 
 /// Coefficients of a log: medians over its pieces.
 pub(super) struct Log<'a> {
@@ -62,7 +64,7 @@ impl<'a> Log<'a> {
         for (cause, (kind, _)) in CAUSE.iter().enumerate() {
             let parts = parts(cause);
             let (value, standard_error, left) = match kind {
-                Kind::TimeOffset => self.time_offset(whole, |b| square(&differ(b))),
+                Kind::TimeOffset => self.time_offset(|b| square(&differ(b))),
                 Kind::LeverArm | Kind::Mounting => {
                     let size = dot(&parts, &difference);
                     let rest = difference.iter().zip(&patterns[cause]);
@@ -86,29 +88,32 @@ impl<'a> Log<'a> {
     /// The offset that brings the coefficients closest to the usual ones when it is undone: seconds, its standard
     /// error, and the distance left. An offset does not only add what its first order says; it also tears apart what
     /// belongs together in the same instant. So the position is really shifted, by whole poses, since interpolation
-    /// would smooth it; between them a parabola finds the least distance.
-    fn time_offset(&self, whole: f64, distance: impl Fn(&[f64]) -> f64) -> (f64, f64, f64) {
+    /// would smooth it; between them a parabola finds the least distance. A shift that leaves a tenth more scatter
+    /// than none tears apart itself and is no candidate.
+    fn time_offset(&self, distance: impl Fn(&[f64]) -> f64) -> (f64, f64, f64) {
         let hertz = self.pieces[0].hertz();
-        let distances: Vec<f64> = (-FARTHEST..=FARTHEST)
-            .map(|poses| match poses {
-                0 => whole,
-                _ => {
-                    let shifted = self.pieces.iter().map(|p| p.shifted(poses));
-                    distance(&medians(shifted.collect()))
-                }
+        let (distances, scatters): (Vec<f64>, Vec<f64>) = (-FARTHEST..=FARTHEST)
+            .map(|poses| {
+                let shifted = self.pieces.iter().map(|p| p.shifted(poses));
+                let (coefficients, scatters): (Vec<_>, Vec<f64>) = shifted.unzip();
+                (distance(&medians(coefficients)), median(scatters))
             })
-            .collect();
-        let at = |k: usize| distances[k];
-        let lowest = (0..distances.len()).min_by(|&a, &b| at(a).total_cmp(&at(b)));
-        let k = lowest.unwrap_or(0).clamp(1, distances.len() - 2);
-        let bend = 0.5 * (at(k - 1) - 2.0 * at(k) + at(k + 1));
-        let slope = 0.5 * (at(k + 1) - at(k - 1));
+            .unzip();
+        let none = FARTHEST as usize;
+        let candidates =
+            (1..distances.len() - 1).filter(|&k| scatters[k] <= scatters[none] + TORN_APART);
+        let lowest = candidates.min_by(|&a, &b| distances[a].total_cmp(&distances[b]));
+        let k = lowest.unwrap_or(none);
+        let (before, at, after) = (distances[k - 1], distances[k], distances[k + 1]);
+        let bend = 0.5 * (before - 2.0 * at + after);
+        let slope = 0.5 * (after - before);
         let (shift, error) = if bend > 0.0 {
-            ((-0.5 * slope / bend).clamp(-1.0, 1.0), bend.sqrt().recip())
+            let shift = (-0.5 * slope / bend).clamp(-1.0, 1.0);
+            (shift, bend.sqrt().recip())
         } else {
             (0.0, 1.0)
         };
-        let left = at(k) + slope * shift + bend * shift * shift;
+        let left = at + slope * shift + bend * shift * shift;
         let poses = k as f64 - FARTHEST as f64 + shift;
         (poses / hertz, error / hertz, left.max(0.0))
     }

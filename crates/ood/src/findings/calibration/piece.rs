@@ -160,7 +160,7 @@ impl CalibrationPiece {
 
     /// How much each cause of size one (second, metre, radian) moves each coefficient, `[cause][coefficient]`.
     pub(super) fn patterns(&self) -> Vec<Vec<f64>> {
-        let mut patterns = vec![Vec::with_capacity(COEFFICIENTS); CAUSES];
+        let mut patterns = vec![Vec::new(); CAUSES];
         for (equation, regressors) in EQUATIONS.iter().zip(regressors(&self.motion)) {
             let fit = Regression::fit(&regressors, &equation.target(&self.motion));
             for (pattern, cause) in patterns.iter_mut().zip(CAUSE) {
@@ -178,8 +178,9 @@ impl CalibrationPiece {
         patterns
     }
 
-    /// Coefficients with the position taken so many poses later against the attitude.
-    pub(super) fn shifted(&self, poses: i64) -> Vec<f64> {
+    /// Coefficients with the position taken so many poses later against the attitude, and the mean over the equations
+    /// of the log scatter that they leave.
+    pub(super) fn shifted(&self, poses: i64) -> (Vec<f64>, f64) {
         let mut orientation = UnitQuaternion::identity();
         let world: Vec<(UnitQuaternion<f64>, Vector3<f64>)> = self
             .motion
@@ -198,11 +199,13 @@ impl CalibrationPiece {
                 (world[t].0.inverse() * world[from].1, self.motion[t].1)
             })
             .collect();
-        let fits = EQUATIONS.iter().zip(regressors(&moved));
-        fits.flat_map(|(equation, regressors)| {
-            Regression::fit(&regressors, &equation.target(&moved)).coefficients
-        })
-        .collect()
+        let (mut coefficients, mut scatter) = (Vec::with_capacity(COEFFICIENTS), 0.0);
+        for (equation, regressors) in EQUATIONS.iter().zip(regressors(&moved)) {
+            let fit = Regression::fit(&regressors, &equation.target(&moved));
+            scatter += fit.scatter.ln() / EQUATIONS.len() as f64;
+            coefficients.extend(fit.coefficients);
+        }
+        (coefficients, scatter)
     }
 
     /// Poses a second.

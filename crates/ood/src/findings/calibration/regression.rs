@@ -25,6 +25,8 @@ pub(super) struct Regression<'a> {
     weights: Vec<f64>,
     inverse: DMatrix<f64>,
     pub coefficients: Vec<f64>,
+    /// Robust standard deviation of the residuals.
+    pub scatter: f64,
 }
 
 impl<'a> Regression<'a> {
@@ -45,6 +47,7 @@ impl<'a> Regression<'a> {
             weights: vec![1.0; target.len()],
             inverse: DMatrix::zeros(0, 0),
             coefficients: Vec::new(),
+            scatter: 0.0,
         };
         for _ in 0..ROUNDS {
             fit.inverse = fit.inverse_moments();
@@ -52,10 +55,10 @@ impl<'a> Regression<'a> {
             let residuals = fit.residuals(target);
             let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
             sizes.sort_by(f64::total_cmp);
-            let scatter = (1.4826 * quantile_sorted(&sizes, 0.5)).max(SMALLEST_SCATTER);
+            fit.scatter = (1.4826 * quantile_sorted(&sizes, 0.5)).max(SMALLEST_SCATTER);
             fit.weights = residuals
                 .iter()
-                .map(|r| (HUBER * scatter / r.abs()).min(1.0))
+                .map(|r| (HUBER * fit.scatter / r.abs()).min(1.0))
                 .collect();
         }
         fit
