@@ -22,9 +22,7 @@ fn scores(detector: &str, log: &str, backend: &str) -> Vec<f64> {
         common::stderr(&run)
     );
     let report: serde_json::Value = serde_json::from_str(&stdout(&run)).expect("JSON");
-    let windows = report["logs"][0]["window_reports"]
-        .as_array()
-        .expect("windows");
+    let windows = report["logs"][0]["windows"].as_array().expect("windows");
     windows
         .iter()
         .map(|w| w["score"].as_f64().expect("a score"))

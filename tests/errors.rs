@@ -104,11 +104,11 @@ fn damaged_detectors_are_refused() {
     check(&broken, "not finite");
     // A version from the future.
     let find = |needle: &[u8]| bytes.windows(needle.len()).position(|w| w == needle);
-    let needle = br#"dose3.detector":"{\"format_version\":2"#;
+    let needle = br#"dose3.detector":"{\"format_version\":3"#;
     let at = find(needle).expect("the version stands in the header") + needle.len() - 1;
     let mut future = bytes.clone();
     future[at] = b'9';
-    check(&future, "this build reads 1 to 2");
+    check(&future, "this build reads 1 to 3");
     // A model is no detector.
     let model = text(&folder.path().join("model.dose3"));
     refused(["score", "--detector", &model, &log], &["dose3 fit"]);
@@ -123,7 +123,7 @@ fn a_motion_model_refuses_what_does_not_fit_and_names_the_flag() {
     let folder = tempfile::tempdir().expect("a folder");
     let model = tiny_model(
         folder.path(),
-        &["--protocol", "motion", "--frame", "body-flu"],
+        &["--representation", "motion", "--frame", "body-flu"],
     );
     let data = text(&folder.path().join("train"));
     let out = text(&folder.path().join("motion.dose3"));

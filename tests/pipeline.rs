@@ -84,19 +84,17 @@ fn fit_and_score_accept_the_like_and_reject_the_unlike() {
     expect_code(&json, 1);
     let value: serde_json::Value = serde_json::from_str(&stdout(&json)).expect("JSON");
     let logs = value["logs"].as_array().expect("logs");
-    assert_eq!(logs[0]["verdict"], "in_distribution");
-    assert_eq!(logs[1]["verdict"], "out_of_distribution");
+    assert_eq!(logs[0]["verdict"], "in-distribution");
+    assert_eq!(logs[1]["verdict"], "out-of-distribution");
     assert_eq!(logs[1]["segments"][0]["first_pose"], 0);
-    assert!(logs[1]["groups"][0]["group"].is_string());
-    let p = logs[1]["p_value"].as_f64().expect("a p-value");
+    assert!(logs[1]["reasons"][0]["group"].is_string());
+    let p = logs[1]["evidence"]["p_value"].as_f64().expect("a chance");
+    assert!(p <= 0.05, "{p}");
+    let ranks = &logs[1]["evidence"]["basis"]["smallest_rank_p"];
+    let ranks = ranks.as_f64().expect("a chance");
     assert!(
-        (p - 1.0 / 7.0).abs() < 1e-12,
-        "1 / (6 trusted logs + 1), found {p}"
-    );
-    assert!(
-        logs[1]["notes"].to_string().contains("0.14"),
-        "{}",
-        logs[1]["notes"]
+        (ranks - 1.0 / 7.0).abs() < 1e-12,
+        "1 / (6 trusted logs + 1), found {ranks}"
     );
 
     // A log that cannot be read does not stop the others, and the exit code says so.
@@ -256,7 +254,7 @@ fn half_precision_is_half_the_size_and_scores_alike() {
         let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
         let logs = value["logs"].as_array().expect("logs");
         logs.iter()
-            .map(|l| l["mean_score"].as_f64().expect("a score"))
+            .map(|l| l["evidence"]["mean_score"].as_f64().expect("a score"))
             .collect()
     };
     let (full, half) = (scores(&full), scores(&half));
@@ -266,28 +264,29 @@ fn half_precision_is_half_the_size_and_scores_alike() {
     }
 }
 
-/// Files of released versions stay readable: this detector was written by version 0.1.0 (see
-/// tests/fixtures/README.md), and still gives the scores it gave then.
+/// Files of older formats stay readable: these detectors (see tests/fixtures/README.md) still give the
+/// scores they gave then.
 #[test]
-fn a_detector_of_version_1_stays_readable() {
+fn detectors_of_older_formats_stay_readable() {
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures");
     let folder = tempfile::tempdir().expect("a folder");
-    let log = write_logs(folder.path(), Platform::Vehicle, 1, 400).remove(0);
-    let detector = text(&fixtures.join("detector-v1.dose3"));
-    let run = dose3(["score", "--detector", &detector, "--json", &text(&log)]);
-    expect_code(&run, 0);
-    let value: serde_json::Value = serde_json::from_str(&stdout(&run)).expect("JSON");
-    let score = value["logs"][0]["mean_score"].as_f64().expect("a score");
-    let then: f64 = std::fs::read_to_string(fixtures.join("detector-v1.score"))
-        .expect("the score of then")
-        .trim()
-        .parse()
-        .expect("a number");
-    // Other processors round differently.
-    assert!(
-        (score - then).abs() < 1e-2 * (1.0 + then.abs()),
-        "{score}, then {then}"
-    );
+    let log = text(&write_logs(folder.path(), Platform::Vehicle, 1, 400)[0]);
+    for (name, frame) in [("detector-v1", "sensor"), ("detector-v2", "body-flu")] {
+        let detector = text(&fixtures.join(name).with_extension("dose3"));
+        let args = ["score", "--detector", &detector, "--frame", frame, "--json"];
+        let run = dose3(args.into_iter().chain([log.as_str()]));
+        expect_code(&run, 0);
+        let value: serde_json::Value = serde_json::from_str(&stdout(&run)).expect("JSON");
+        let score = value["logs"][0]["evidence"]["mean_score"].as_f64();
+        let score = score.expect("a score");
+        let then = std::fs::read_to_string(fixtures.join(name).with_extension("score"));
+        let then: f64 = then.expect("then").trim().parse().expect("a number");
+        // Other processors round differently.
+        assert!(
+            (score - then).abs() < 1e-2 * (1.0 + then.abs()),
+            "{name}: {score}, then {then}"
+        );
+    }
 }
 
 #[test]

@@ -4,11 +4,12 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use dose3::atomic;
 use dose3::backend::{Backend, use_threads};
+use dose3::progress::Progress;
 use dose3::train::{HoldOut, train};
 use dose3_cli::plot;
 use dose3_datasets::{Kind, Scaling};
 use dose3_diffusion::NoiseSchedule;
-use dose3_diffusion::trainer::to_csv;
+use dose3_diffusion::trainer::{LogRow, to_csv};
 use dose3_model::{PairConfig, Precision};
 use dose3_study::data::DataRoot;
 use dose3_study::networks::{self, NETWORKS, Network};
@@ -171,34 +172,45 @@ pub fn run(args: &ReleaseArgs) -> Result<()> {
     Ok(())
 }
 
+/// Prints how far training is.
+struct Heard {
+    steps: usize,
+    start: Instant,
+}
+
+impl Progress for Heard {
+    fn training(&mut self, training: usize, validation: usize) {
+        println!("{training} training windows, {validation} validation windows");
+    }
+
+    fn step(&mut self, row: &LogRow) {
+        if row.step.is_multiple_of(50) || row.step == self.steps {
+            println!(
+                "step {} of {}: translation {:.4} rotation {:.4} ({:.1} s)",
+                row.step,
+                self.steps,
+                row.translation_eps,
+                row.rotation_eps,
+                self.start.elapsed().as_secs_f64()
+            );
+        }
+    }
+}
+
 fn trained(task: &Task, args: &ReleaseArgs) -> Result<()> {
     let root = DataRoot::find(args.data.as_deref())?;
     let (logs, hold_out) = task.training.logs(&root)?;
-    let start = Instant::now();
-    let (steps, out) = (task.training.steps, &task.out);
+    let out = &task.out;
+    let mut heard = Heard {
+        steps: task.training.steps,
+        start: Instant::now(),
+    };
     let hold_out = HoldOut::Names(hold_out);
     let mut options = task.training.options(task.shape.clone(), hold_out);
     options.backend = args.backend;
     options.threads = args.threads;
     options.checkpoint = Some(out.with_extension("checkpoint"));
-    let trained = train(
-        &logs,
-        &options,
-        &mut |training, validation| {
-            println!("{training} training windows, {validation} validation windows");
-        },
-        &mut |row| {
-            if row.step.is_multiple_of(50) || row.step == steps {
-                println!(
-                    "step {} of {steps}: translation {:.4} rotation {:.4} ({:.1} s)",
-                    row.step,
-                    row.translation_eps,
-                    row.rotation_eps,
-                    start.elapsed().as_secs_f64()
-                );
-            }
-        },
-    )?;
+    let trained = train(&logs, &options, &mut heard)?;
     let precision = match args.full_precision {
         true => Precision::F32,
         false => Precision::F16,
@@ -216,7 +228,7 @@ fn trained(task: &Task, args: &ReleaseArgs) -> Result<()> {
         out.display(),
         record.translation_validation,
         record.rotation_validation,
-        start.elapsed().as_secs_f64()
+        heard.start.elapsed().as_secs_f64()
     );
     Ok(())
 }

@@ -2,12 +2,13 @@
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use dose3::backend::Backend;
-use dose3_datasets::{Format, Frame};
+use dose3_datasets::{Format, Frame, Kind};
+use dose3_diffusion::NoiseSharing;
 use std::path::PathBuf;
 
 /// Is this pose log like the logs I trust, and if not, where and why?
 #[derive(Debug, Parser)]
-#[command(version, about, max_term_width = 100)]
+#[command(version, max_term_width = 100)]
 #[command(
     after_help = "Exit codes: 0 in distribution (or done), 1 out of distribution, 2 error.\n\
     Formats are told by content: KITTI poses, RobotCar ins/rtk/vo csv, IROS20 npy or annotated_poses, \
@@ -87,14 +88,6 @@ pub struct Computing {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Protocol {
-    /// Positions from the window's start, divided by their largest; rotations as given
-    Paper,
-    /// Body-frame increments: free of the world's frame, scale stored in the model
-    Motion,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ScheduleName {
     Cosine,
     Linear,
@@ -126,9 +119,11 @@ pub struct Train {
     /// Model file to write
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
-    /// How poses become numbers
-    #[arg(long, value_enum, default_value = "paper")]
-    pub protocol: Protocol,
+    /// How poses become numbers: `paper` (positions from the window's start, divided by their largest;
+    /// rotations as given) or `motion` (body-frame increments: free of the world's frame, scale stored
+    /// in the model)
+    #[arg(long, alias = "protocol", value_name = "NAME", default_value = "paper")]
+    pub representation: Kind,
     /// Poses a window
     #[arg(long, value_name = "N", default_value_t = 128)]
     pub window: usize,
@@ -147,7 +142,7 @@ pub struct Train {
     /// Diffusion steps T
     #[arg(long, value_name = "T", default_value_t = 30)]
     pub diffusion_steps: usize,
-    /// Noise schedule of the translations (default: cosine, log-sigma with --protocol motion)
+    /// Noise schedule of the translations (default: cosine, log-sigma with --representation motion)
     #[arg(long, value_enum)]
     pub translation_schedule: Option<ScheduleName>,
     /// Noise schedule of the rotations (default: as above; the authors' code: linear)
@@ -219,8 +214,11 @@ pub struct Fit {
     /// Noise draws per window, averaged (default: 1 with a motion model, 2 with a paper model)
     #[arg(long, value_name = "N")]
     pub draws: Option<usize>,
-    /// Every window gets noise of its own (the paper's evaluation) instead of common draws
-    #[arg(long)]
+    /// Noise of the windows: `shared` draws, or `own` for every window (the paper's evaluation)
+    #[arg(long, value_enum, default_value = "shared")]
+    pub noise: NoiseName,
+    /// The older name of `--noise own`
+    #[arg(long, hide = true, conflicts_with = "noise")]
     pub own_noise: bool,
     /// Seed of noise and fit
     #[arg(long, default_value_t = 0)]
@@ -229,6 +227,23 @@ pub struct Fit {
     pub reading: Reading,
     #[command(flatten)]
     pub computing: Computing,
+}
+
+impl Fit {
+    /// Whether windows share their noise.
+    pub fn noise(&self) -> NoiseSharing {
+        match self.noise {
+            _ if self.own_noise => NoiseSharing::PerWindow,
+            NoiseName::Own => NoiseSharing::PerWindow,
+            NoiseName::Shared => NoiseSharing::Common,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NoiseName {
+    Own,
+    Shared,
 }
 
 #[derive(Debug, ClapArgs)]

@@ -2,6 +2,7 @@
 
 use dose3::Error;
 use dose3::error::Setting;
+use dose3::logs::Note;
 
 /// The whole error in one line, with a hint where a flag of this program helps.
 pub fn explain(error: &anyhow::Error) -> String {
@@ -19,6 +20,15 @@ pub fn explain(error: &anyhow::Error) -> String {
     match known.and_then(hint) {
         Some(hint) => format!("{text}; hint: {hint}"),
         None => text,
+    }
+}
+
+/// A note of the library with the flag that changes what it says.
+pub fn with_flag(note: &Note) -> String {
+    match note {
+        Note::NominalRate { .. } => format!("{note} (--nominal-rate changes it)"),
+        Note::UnknownAxes => format!("{note} (--frame names the axes)"),
+        _ => note.to_string(),
     }
 }
 

@@ -76,6 +76,18 @@ pub enum Error {
         /// What to do about it.
         hint: &'static str,
     },
+    /// Poses in memory that are no log.
+    #[error("{name}: pose {pose}: expected {expected}, found {found}")]
+    Memory {
+        /// Name of the log.
+        name: String,
+        /// The pose at fault, counted from 0.
+        pose: usize,
+        /// What it must be.
+        expected: &'static str,
+        /// What it is.
+        found: String,
+    },
     /// A parameter outside its range.
     #[error("{what} must be {expected}, found {found}")]
     Parameter {

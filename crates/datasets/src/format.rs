@@ -43,6 +43,8 @@ pub enum Format {
     Bag,
     /// A ROS 2 bag in SQLite, or a folder with `metadata.yaml`.
     Rosbag2,
+    /// Poses that were in memory. Not a member of [`Format::ALL`].
+    Memory,
     /// Made by [`crate::synthetic`], not read from a file. Not a member of [`Format::ALL`].
     Synthetic,
 }
@@ -87,6 +89,7 @@ impl Format {
             Self::Mcap => "mcap",
             Self::Bag => "bag",
             Self::Rosbag2 => "rosbag2",
+            Self::Memory => "memory",
             Self::Synthetic => "synthetic",
         }
     }

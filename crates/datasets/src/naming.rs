@@ -72,7 +72,8 @@ pub(crate) fn name(path: &Path, format: Format) -> (String, String) {
 ///
 /// The group follows the name for formats where equal file names in two folders mean two logs; a RobotCar
 /// traversal or a EuRoC sequence is the same one wherever it lies.
-pub(crate) fn make_unique(trajectories: &mut [Trajectory]) {
+pub fn make_unique<'a>(trajectories: impl IntoIterator<Item = &'a mut Trajectory>) {
+    let mut trajectories: Vec<&mut Trajectory> = trajectories.into_iter().collect();
     for depth in 1.. {
         let mut count: HashMap<String, usize> = HashMap::new();
         for trajectory in trajectories.iter() {

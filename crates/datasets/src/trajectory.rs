@@ -7,8 +7,9 @@ use dose3_lie::Pose;
 use sha2::{Digest, Sha256};
 
 use crate::hex::hex;
+use crate::memory;
 use crate::stretch;
-use crate::{Format, Frame, LoadReport, Rate, RateSource, RowKind, Source, StampUnit};
+use crate::{Error, Format, Frame, LoadReport, Rate, RateSource, RowKind, Source, StampUnit};
 
 /// One log: poses of a body in a fixed world, in order of time.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,6 +82,42 @@ impl Trajectory {
             max_gap: None,
             report: LoadReport::default(),
         }
+    }
+
+    /// A log from poses in memory: `T_world_body` in metres, one stamp each, in nanoseconds from any epoch. Its
+    /// rate is one over the median step of the stamps, its group its name.
+    ///
+    /// Rotations off by more than rounding (1e-5) are replaced by the nearest rotation, as readers of files do;
+    /// [`Self::report`] counts them.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] with the pose at fault: another number of stamps than of poses, fewer than two of them,
+    /// stamps that do not increase, numbers that are not finite, matrices that are no rotations (off by more than
+    /// 1e-3).
+    ///
+    /// ```
+    /// use dose3_datasets::{Frame, Trajectory};
+    /// use dose3_lie::nalgebra::{Isometry3, Vector3};
+    ///
+    /// let ahead = |x| Isometry3::new(Vector3::new(x, 0.0, 0.0), Vector3::zeros());
+    /// let log = Trajectory::from_poses("ahead", Frame::BodyFlu, vec![0, 100_000_000], [ahead(0.0), ahead(1.5)])?;
+    /// assert_eq!((log.len(), log.rate.hertz, log.distance()), (2, 10.0, 1.5));
+    /// assert!(Trajectory::from_poses("still", Frame::BodyFlu, vec![5, 5], [ahead(0.0), ahead(1.5)]).is_err());
+    /// # Ok::<(), dose3_datasets::Error>(())
+    /// ```
+    pub fn from_poses<P: Into<Pose>>(
+        name: impl Into<String>,
+        frame: Frame,
+        stamps_ns: impl Into<Vec<i64>>,
+        poses: impl IntoIterator<Item = P>,
+    ) -> Result<Self, Error> {
+        let (name, stamps) = (name.into(), stamps_ns.into());
+        let mut poses: Vec<Pose> = poses.into_iter().map(Into::into).collect();
+        let report = memory::check(&name, &stamps, &mut poses)?;
+        Ok(Self {
+            report,
+            ..Self::new(name, Format::Memory, frame, stamps, poses)
+        })
     }
 
     /// The stamps as recorded, nanoseconds: those before a resampling, else [`Self::stamps`].

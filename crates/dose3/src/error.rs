@@ -107,6 +107,12 @@ pub enum Error {
         /// `fit on`, `train on`, `evaluate on`.
         purpose: &'static str,
     },
+    /// A path with no log in it.
+    #[error("{path}: no pose log in it", path = path.display())]
+    NoLogIn {
+        /// The file or folder.
+        path: PathBuf,
+    },
     /// Every log is held out of training.
     #[error("all {logs} logs are held out, nothing is left to train on")]
     AllHeldOut {

@@ -1,23 +1,24 @@
 //! Evaluation: how well a detector tells two lists of logs apart.
 
+use crate::detector::{Detector, JudgeOptions};
 use crate::error::{Error, Result};
-use crate::score::Judge;
+use crate::progress::Progress;
 use dose3_datasets::{LogGroups, Trajectory};
 use dose3_ood::Score;
 use dose3_ood::metrics::{Bootstrap, Estimate, Grouped, Metric, estimate_all};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One metric with its interval.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MetricReport {
     /// `auroc`, `aupr_in`, `aupr_out`, `fpr_at_95_tpr`, `detection`, `false_alarms`.
-    pub metric: &'static str,
+    pub metric: String,
     /// The value and its bootstrap interval over logs.
     pub estimate: Estimate,
 }
 
 /// What an evaluation found.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// Statistics of the detector.
     pub statistics: String,
@@ -54,33 +55,28 @@ struct Side {
     rejected: usize,
 }
 
-/// Scores both lists and computes the metrics; `progress` hears of every finished log.
+/// Scores both lists and computes the metrics; `progress` hears of every judged log.
 ///
 /// # Errors
 /// An empty list, or a log that cannot be judged.
 pub fn evaluate(
-    judge: &mut Judge,
-    id: Vec<Trajectory>,
-    ood: Vec<Trajectory>,
+    detector: &Detector,
+    id: &[Trajectory],
+    ood: &[Trajectory],
     bootstrap: Bootstrap,
-    progress: &mut dyn FnMut(&str),
+    progress: &mut dyn Progress,
 ) -> Result<Evaluation> {
-    let trusted: Vec<String> = judge
-        .detector()
-        .header
-        .trusted
-        .iter()
-        .map(|r| r.sha256.clone())
-        .collect();
+    let header = detector.header();
+    let trusted: Vec<&str> = header.trusted.iter().map(|r| r.sha256.as_str()).collect();
     let leaked = id
         .iter()
-        .filter(|t| trusted.contains(&t.fingerprint()))
+        .filter(|t| trusted.contains(&t.fingerprint().as_str()))
         .map(|t| t.name.clone())
         .collect();
     let (id_count, ood_count) = (id.len(), ood.len());
-    let id = side(judge, id, progress)?;
-    let ood = side(judge, ood, progress)?;
-    let threshold = judge.detector().header.statistics.calibration().threshold;
+    let id = side(detector, id, progress)?;
+    let ood = side(detector, ood, progress)?;
+    let threshold = header.statistics.calibration().threshold;
     let metrics = [
         ("auroc", Metric::Auroc),
         ("aupr_in", Metric::AuprIn),
@@ -95,15 +91,18 @@ pub fn evaluate(
         Ok(metrics
             .iter()
             .zip(estimates)
-            .map(|((metric, _), estimate)| MetricReport { metric, estimate })
+            .map(|((metric, _), estimate)| MetricReport {
+                metric: (*metric).to_owned(),
+                estimate,
+            })
             .collect())
     };
-    let header = &judge.detector().header;
+    let plan = header.plan();
     Ok(Evaluation {
         statistics: header.statistics.config().statistics.to_string(),
-        seed: header.probe.seed,
-        draws: header.probe.draws,
-        steps: header.probe.steps,
+        seed: plan.seed,
+        draws: plan.draws,
+        steps: plan.steps,
         resamples: bootstrap.resamples,
         id_windows: id.scores.len(),
         ood_windows: ood.scores.len(),
@@ -136,13 +135,13 @@ pub fn evaluate(
     })
 }
 
-fn side(judge: &mut Judge, logs: Vec<Trajectory>, progress: &mut dyn FnMut(&str)) -> Result<Side> {
+fn side(detector: &Detector, logs: &[Trajectory], progress: &mut dyn Progress) -> Result<Side> {
     if logs.is_empty() {
         return Err(Error::NoLog {
             purpose: "evaluate on",
         });
     }
-    let groups = LogGroups::of(&logs).of_log;
+    let groups = LogGroups::of(logs).of_log;
     let mut side = Side {
         scores: Vec::new(),
         logs: Vec::new(),
@@ -150,16 +149,13 @@ fn side(judge: &mut Judge, logs: Vec<Trajectory>, progress: &mut dyn FnMut(&str)
         groups: groups.clone(),
         rejected: 0,
     };
-    for (log, group) in logs.into_iter().zip(groups) {
-        let name = log.name.clone();
-        let report = judge.judge(log, None, &|_, _| ())?;
-        side.scores
-            .extend(report.window_reports.iter().map(|w| w.score));
-        side.logs
-            .extend(report.window_reports.iter().map(|_| group));
-        side.log_scores.push(report.mean_score);
+    for (log, group) in logs.iter().zip(groups) {
+        let report = detector.judge_with(log, &JudgeOptions::default(), &mut ())?;
+        side.scores.extend(report.windows.iter().map(|w| w.score));
+        side.logs.extend(report.windows.iter().map(|_| group));
+        side.log_scores.push(report.evidence.mean_score);
         side.rejected += usize::from(report.is_ood());
-        progress(&name);
+        progress.log(&log.name);
     }
     Ok(side)
 }

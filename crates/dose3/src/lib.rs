@@ -1,22 +1,68 @@
-//! Is this pose log like the logs I trust? The library behind the `dose3` program: it wires the
-//! crates of the workspace together. [`train`] makes a model, [`fit`] a detector from a model and
-//! trusted logs without retraining, [`score`] judges logs.
+#![doc = include_str!("../README.md")]
+//!
+//! # Map
+//! | to | see |
+//! |---|---|
+//! | read logs, or take poses from memory | [`load`], [`logs`], [`Trajectory`] |
+//! | fit a detector, judge, save, load | [`Detector`], [`Report`] |
+//! | compute statistics of windows | [`Probe`] |
+//! | train a model, draw from one | [`train`], [`generate`] |
+//! | measure a detector on labelled logs | [`evaluate`] |
+//!
+//! Poses are `T_world_body` in metres, f64; stamps are integer nanoseconds; angles are radians; a higher score is
+//! more out of distribution. The same input, seed and build give the same bytes for any number of threads. Nothing
+//! here prints; errors are one type, [`Error`].
 
 pub mod atomic;
 pub mod backend;
 pub mod built_in;
-pub mod detector_file;
+pub mod detector;
 pub mod error;
 pub mod evaluate;
-pub mod fit;
 pub mod generate;
 pub mod logs;
 pub mod model_file;
 pub mod probe;
 pub mod progress;
-pub mod score;
+pub mod report;
 pub mod train;
 
-pub use error::{Error, Result};
+pub use backend::{Backend, Computing};
+pub use detector::{Detector, DetectorBuilder, FitOptions, Fitted, JudgeOptions};
+pub use dose3_datasets::{Frame, Trajectory};
+pub use dose3_lie::{Pose, nalgebra};
+pub use dose3_ood::{Score, Verdict};
+pub use error::{Error, Result, Setting};
 pub use model_file::Model;
 pub use probe::{Measured, Probe, ProbePlan};
+pub use progress::Progress;
+pub use report::Report;
+
+// The crates below, whose types stand in the interface.
+pub use {dose3_datasets as datasets, dose3_diffusion as diffusion, dose3_lie as lie};
+pub use {dose3_model as model, dose3_ood as ood};
+
+use logs::ReadOptions;
+use std::path::Path;
+
+/// What most programs name.
+pub mod prelude {
+    pub use crate::{Detector, Frame, Pose, Report, Trajectory, Verdict};
+}
+
+/// Reads every log under the paths: files, or folders that are searched. Formats are told by content.
+///
+/// # Errors
+/// A path without a log, the first log that cannot be read. [`logs::read`] takes what a user knows better.
+///
+/// ```no_run
+/// let trusted = dose3::load(["trusted/", "more/log.txt"])?;
+/// # Ok::<(), dose3::Error>(())
+/// ```
+pub fn load<P: AsRef<Path>>(paths: impl IntoIterator<Item = P>) -> Result<Vec<Trajectory>> {
+    let paths: Vec<_> = paths
+        .into_iter()
+        .map(|p| p.as_ref().to_path_buf())
+        .collect();
+    logs::read(&paths, &ReadOptions::default())
+}

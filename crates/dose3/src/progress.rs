@@ -26,3 +26,21 @@ pub trait Progress {
 }
 
 impl Progress for () {}
+
+/// Hears training steps alone.
+pub struct OnStep<F>(pub F);
+
+impl<F: FnMut(&LogRow)> Progress for OnStep<F> {
+    fn step(&mut self, row: &LogRow) {
+        self.0(row);
+    }
+}
+
+/// Hears measured windows alone, `(done, total)`.
+pub struct OnWindow<F>(pub F);
+
+impl<F: FnMut(usize, usize)> Progress for OnWindow<F> {
+    fn windows(&mut self, done: usize, total: usize) {
+        self.0(done, total);
+    }
+}

@@ -11,6 +11,8 @@ pub mod se3;
 pub mod so3;
 pub mod wrapped_normal;
 
+pub use nalgebra;
+
 pub use igso3::{IgSo3, SigmaError};
 pub use pose::Pose;
 pub use project::{Projected, ProjectionError};

@@ -1,6 +1,6 @@
 //! Rigid-body poses: one rotation and one translation.
 
-use nalgebra::Matrix4;
+use nalgebra::{Isometry3, Matrix4, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
 use crate::project::{ProjectionError, project};
@@ -92,6 +92,23 @@ impl Pose {
 impl Default for Pose {
     fn default() -> Self {
         Self::identity()
+    }
+}
+
+/// The same motion; a quaternion that is not quite of unit length gives a matrix that is not quite a rotation.
+impl From<Isometry3<f64>> for Pose {
+    fn from(isometry: Isometry3<f64>) -> Self {
+        Self::new(
+            isometry.rotation.to_rotation_matrix(),
+            isometry.translation.vector,
+        )
+    }
+}
+
+impl From<Pose> for Isometry3<f64> {
+    fn from(pose: Pose) -> Self {
+        let rotation = UnitQuaternion::from_rotation_matrix(&pose.rotation);
+        Self::from_parts(pose.translation.into(), rotation)
     }
 }
 

@@ -4,16 +4,13 @@ use super::network::{parameters, pool};
 use super::{Shape, best};
 use anyhow::{Context, Result};
 use dose3::backend::Backend;
-use dose3::detector_file::Detector;
-use dose3::fit::{FitOptions, fit};
-use dose3::logs::{self, ReadOptions};
 use dose3::model_file::{self, Model, ModelHeader, TrainingRecord};
-use dose3::score::Judge;
+use dose3::{Computing, Detector, FitOptions};
 use dose3_datasets::synthetic::{Platform, suite, trajectory};
 use dose3_datasets::{Frame, Representation, write};
+use dose3_diffusion::ProcessConfig;
 use dose3_diffusion::trainer::TrainConfig;
-use dose3_diffusion::{NoiseSharing, ProcessConfig};
-use dose3_ood::{Combination, DensityConfig, StatisticsSet};
+use dose3_ood::StatisticsSet;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -82,20 +79,15 @@ pub fn detector(shape: &Shape, statistics: &str, spending: Spending) -> Result<D
         parameters: parameters(shape)?,
     };
     let options = FitOptions {
-        statistics: statistics.parse::<StatisticsSet>()?,
-        density: DensityConfig::default(),
-        combination: Combination::Joint,
-        alpha: 0.05,
+        statistics: Some(statistics.parse::<StatisticsSet>()?),
         stride: STRIDE,
         steps: Some(spending.steps),
-        draws: spending.draws,
-        sharing: NoiseSharing::Common,
-        seed: 0,
-        backend: Backend::Engine,
-        threads: 0,
+        draws: Some(spending.draws),
+        ..FitOptions::default()
     };
     let trusted = suite(Platform::Vehicle, TRUSTED, 11);
-    Ok(fit(&model, trusted, &options, &|_, _| ())?.detector)
+    let builder = Detector::builder().model(model).options(options);
+    Ok(builder.fit(&trusted)?)
 }
 
 /// Windows of the log, and the shortest time of `rounds` to read and judge it.
@@ -113,9 +105,8 @@ pub fn time(
     let mut shortest = f64::INFINITY;
     for _ in 0..rounds {
         let mut round = || {
-            let mut judge = Judge::new(detector.clone(), backend, threads)?;
-            let report = judge.judge(read(&log.path)?, None, &|_, _| ())?;
-            windows = report.windows;
+            let fresh = detector.clone().on(Computing { backend, threads });
+            windows = fresh.judge(&read(&log.path)?)?.windows.len();
             Ok(())
         };
         let time = pool(threads)?.install(|| best(0.0, &mut round))?;
@@ -125,6 +116,6 @@ pub fn time(
 }
 
 fn read(path: &Path) -> Result<dose3_datasets::Trajectory> {
-    let mut logs = logs::read(&[path.to_path_buf()], &ReadOptions::default())?;
+    let mut logs = dose3::load([path])?;
     logs.pop().context("the log that was written is not there")
 }

@@ -1,33 +1,26 @@
 //! `dose3 eval`
 
-use super::{count, print, print_json, progress, read_options, say};
+use super::{Bar, computing, count, print, print_json, progress, read_options, say};
 use crate::args::Eval;
 use anyhow::Result;
-use dose3::detector_file::Detector;
 use dose3::evaluate::{Evaluation, MetricReport, evaluate};
-use dose3::logs;
-use dose3::score::Judge;
+use dose3::{Detector, logs};
 use dose3_ood::metrics::Bootstrap;
 use std::fmt::Write as _;
 
 pub fn run(args: &Eval) -> Result<()> {
-    let detector = Detector::read(&args.detector)?;
-    let seed = detector.header.probe.seed;
-    let mut judge = Judge::new(detector, args.computing.backend, args.computing.threads)?;
+    let detector = Detector::load(&args.detector)?.on(computing(&args.computing));
     let options = read_options(&args.reading);
     let id = logs::read(&args.id, &options)?;
     let ood = logs::read(&args.ood, &options)?;
-    let bar = progress((id.len() + ood.len()) as u64, "logs")?;
+    let mut bar = Bar(progress((id.len() + ood.len()) as u64, "logs")?);
     let bootstrap = Bootstrap {
         resamples: args.resamples,
-        seed,
+        seed: detector.header().plan().seed,
         ..Bootstrap::default()
     };
-    let evaluation = evaluate(&mut judge, id, ood, bootstrap, &mut |name| {
-        bar.set_message(name.to_string());
-        bar.inc(1);
-    })?;
-    bar.finish_and_clear();
+    let evaluation = evaluate(&detector, &id, &ood, bootstrap, &mut bar)?;
+    bar.0.finish_and_clear();
     for name in &evaluation.leaked {
         say(&format!(
             "warning: the detector was fitted on log {name}; its scores are better than those of \

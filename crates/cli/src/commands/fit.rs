@@ -1,56 +1,43 @@
 //! `dose3 fit`
 
-use super::{check_output, count, model, progress, read_options, say};
+use super::{Bar, check_output, computing, count, model, progress, read_options, say};
 use crate::args::Fit;
+use crate::explain::with_flag;
 use anyhow::Result;
-use dose3::fit::{Defaults, FitOptions, combination, fit};
-use dose3::logs;
-use dose3_diffusion::NoiseSharing;
-use dose3_ood::StatisticsSet;
+use dose3::{Detector, FitOptions, logs};
 
 pub fn run(args: &Fit) -> Result<()> {
     check_output(&args.out)?;
-    let model = model(&args.model)?;
-    let defaults = Defaults::of(&model);
-    let statistics: StatisticsSet = args
-        .statistics
-        .as_deref()
-        .unwrap_or(defaults.statistics)
-        .parse()?;
     let options = FitOptions {
-        combination: combination(args.combination.as_deref(), &statistics)?,
-        statistics: statistics.clone(),
+        statistics: args.statistics.as_deref().map(str::parse).transpose()?,
         density: args.density.parse()?,
+        combination: args.combination.as_deref().map(str::parse).transpose()?,
         alpha: args.alpha,
         stride: args.stride,
-        steps: args.steps.or(defaults.steps),
-        draws: args.draws.unwrap_or(defaults.draws),
-        sharing: if args.own_noise {
-            NoiseSharing::PerWindow
-        } else {
-            NoiseSharing::Common
-        },
+        steps: args.steps,
+        draws: args.draws,
+        noise: args.noise(),
         seed: args.seed,
-        backend: args.computing.backend,
-        threads: args.computing.threads,
     };
+    let builder = Detector::builder()
+        .model(model(&args.model)?)
+        .options(options)
+        .computing(computing(&args.computing));
     let trusted = logs::read(&args.trusted, &read_options(&args.reading))?;
-    let logs = trusted.len();
-    let bar = progress(0, "statistics")?;
-    let fitted = fit(&model, trusted, &options, &|done, total| {
-        bar.set_length(total as u64);
-        bar.set_position(done as u64);
-    })?;
-    bar.finish_and_clear();
-    fitted.detector.write(&args.out)?;
+    let mut bar = Bar(progress(0, "statistics")?);
+    let fitted = builder.run(&trusted, &mut bar)?;
+    bar.0.finish_and_clear();
+    fitted.detector.save(&args.out)?;
     for note in &fitted.notes {
-        say(&format!("note: {note}"));
+        say(&format!("note: {}", with_flag(note)));
     }
-    let calibration = fitted.detector.header.statistics.calibration();
+    let statistics = &fitted.detector.header().statistics;
+    let calibration = statistics.calibration();
     say(&format!(
-        "fitted {statistics} on {} of {} ({} told apart); window threshold {:.3}",
+        "fitted {} on {} of {} ({} told apart); window threshold {:.3}",
+        statistics.config().statistics,
         count(fitted.windows, "window"),
-        count(logs, "log"),
+        count(trusted.len(), "log"),
         calibration.logs,
         calibration.threshold.value()
     ));

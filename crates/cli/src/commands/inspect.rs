@@ -4,8 +4,8 @@ use super::{count, print, print_json, read_options, say};
 use crate::args::Inspect;
 use crate::explain::explain;
 use anyhow::Result;
-use dose3::logs;
-use dose3_datasets::{LoadOptions, RateSource, Trajectory, discover, stretches};
+use dose3::logs::read_each;
+use dose3_datasets::{RateSource, Trajectory, stretches};
 use serde::Serialize;
 use std::fmt::Write as _;
 
@@ -29,35 +29,13 @@ struct Report {
 }
 
 pub fn run(args: &Inspect) -> Result<u8> {
-    let options = read_options(&args.reading);
-    let load = LoadOptions {
-        format: options.format,
-        ..LoadOptions::default()
-    };
     let (mut reports, mut failed) = (Vec::new(), false);
-    for path in &args.logs {
-        let found = match discover(path, &load) {
-            Ok(found) => found,
+    for (_, log) in read_each(&args.logs, &read_options(&args.reading))? {
+        match log {
+            Ok(log) => reports.push(report(&log)),
             Err(error) => {
-                say(&format!("error: {error}"));
+                say(&format!("error: {}", explain(&error.into())));
                 failed = true;
-                continue;
-            }
-        };
-        if found.is_empty() {
-            say(&format!(
-                "error: {}: no pose log found in it",
-                path.display()
-            ));
-            failed = true;
-        }
-        for log in found {
-            match logs::read(std::slice::from_ref(&log), &options) {
-                Ok(trajectories) => reports.extend(trajectories.iter().map(report)),
-                Err(error) => {
-                    say(&format!("error: {}", explain(&error.into())));
-                    failed = true;
-                }
             }
         }
     }

@@ -7,18 +7,21 @@ mod sample;
 mod score;
 mod train;
 
-use crate::args::{Args, Command, Reading};
-use anyhow::{Result, bail};
-use dose3::backend::use_threads;
+use crate::args::{self, Args, Command, Reading};
+use anyhow::{Context, Result, bail};
 use dose3::logs::ReadOptions;
-use dose3::model_file::Model;
+use dose3::progress::Progress;
+use dose3::{Computing, Model};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::Path;
 
 /// Runs a subcommand; answers the exit code.
 pub fn run(args: Args) -> Result<u8> {
-    use_threads(args.command.threads())?;
+    // Everything beside the engine shares rayon's pool: density fits, Adam, noising.
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(args.command.threads())
+        .build_global()?;
     match args.command {
         Command::Train(a) => train::run(&a).map(|()| 0),
         Command::Fit(a) => fit::run(&a).map(|()| 0),
@@ -58,6 +61,28 @@ fn progress(total: u64, what: &'static str) -> Result<ProgressBar> {
     Ok(ProgressBar::new(total).with_style(style).with_prefix(what))
 }
 
+/// Windows of the logs at hand, or whole logs, as a bar.
+struct Bar(ProgressBar);
+
+impl Progress for Bar {
+    fn windows(&mut self, done: usize, total: usize) {
+        self.0.set_length(total as u64);
+        self.0.set_position(done as u64);
+    }
+
+    fn log(&mut self, name: &str) {
+        self.0.set_message(name.to_owned());
+        self.0.inc(1);
+    }
+}
+
+fn computing(computing: &args::Computing) -> Computing {
+    Computing {
+        backend: computing.backend,
+        threads: computing.threads,
+    }
+}
+
 fn read_options(reading: &Reading) -> ReadOptions {
     ReadOptions {
         format: reading.format,
@@ -78,7 +103,7 @@ fn model(name: &Path) -> Result<Model> {
     })
 }
 
-/// Refuses an output path that is a folder, before hours of work.
+/// Refuses an output path that cannot be written, before hours of work.
 fn check_output(path: &Path) -> Result<()> {
     if path.is_dir() {
         bail!(
@@ -86,7 +111,18 @@ fn check_output(path: &Path) -> Result<()> {
             path.display()
         );
     }
-    Ok(())
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    check_folder(folder)
+}
+
+/// Refuses a folder that cannot be made or written to.
+fn check_folder(folder: &Path) -> Result<()> {
+    let writable =
+        std::fs::create_dir_all(folder).and_then(|()| tempfile::tempfile_in(folder).map(|_| ()));
+    writable.with_context(|| format!("cannot write into {}", folder.display()))
 }
 
 /// `1 log`, `2 logs`.

@@ -1,17 +1,15 @@
 //! `dose3 sample`
 
-use super::{count, model, say};
+use super::{check_folder, computing, count, model, say};
 use crate::args::Sample;
 use anyhow::{Context, Result};
 use dose3::{atomic, generate};
 use dose3_datasets::write;
 
 pub fn run(args: &Sample) -> Result<()> {
+    check_folder(&args.out)?;
     let model = model(&args.model)?;
-    let mut models = args
-        .computing
-        .backend
-        .load(&model.parameters, args.computing.threads)?;
+    let mut models = computing(&args.computing).load(&model.parameters)?;
     for i in 0..args.count {
         let seed = args.seed.wrapping_add(i as u64);
         let trajectory = generate::sequence(&model, &mut models, seed)?;

@@ -1,19 +1,14 @@
 //! `dose3 score`
 
-use super::{count, print, print_json, progress, read_options, say};
+use super::{Bar, computing, count, print, print_json, progress, read_options, say};
 use crate::args::Score;
 use crate::explain::explain;
 use anyhow::{Result, bail};
-use dose3::detector_file::Detector;
-use dose3::logs;
-use dose3::score::{Judge, LogReport};
-use dose3_datasets::{LoadOptions, discover};
+use dose3::logs::read_each;
+use dose3::{Detector, JudgeOptions, Report, Trajectory};
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::path::PathBuf;
-
-/// Segments and groups shown per log.
-const SHOWN: usize = 5;
+use std::path::Path;
 
 /// What `score --json` prints.
 #[derive(Serialize)]
@@ -23,7 +18,7 @@ struct Output<'a> {
     seed: u64,
     draws: usize,
     steps: usize,
-    logs: &'a [LogReport],
+    logs: &'a [Report],
     errors: &'a [Failure],
 }
 
@@ -37,11 +32,11 @@ pub fn run(args: &Score) -> Result<u8> {
     if let Some(alpha) = args.alpha.filter(|a| !(*a > 0.0 && *a < 1.0)) {
         bail!("--alpha {alpha}: expected a share between 0 and 1");
     }
-    let detector = Detector::read(&args.detector)?;
-    let mut judge = Judge::new(detector, args.computing.backend, args.computing.threads)?;
+    let detector = Detector::load(&args.detector)?.on(computing(&args.computing));
     let (mut reports, mut failures) = (Vec::new(), Vec::new());
-    for path in logs_under(args, &mut failures) {
-        match judge_log(&mut judge, args, &path) {
+    for (path, log) in read_each(&args.logs, &read_options(&args.reading))? {
+        let judged = log.map_err(anyhow::Error::from);
+        match judged.and_then(|log| judge(&detector, args, &log)) {
             Ok(report) => {
                 if !args.json {
                     print(&text(&report, args.windows))?;
@@ -52,13 +47,13 @@ pub fn run(args: &Score) -> Result<u8> {
         }
     }
     if args.json {
-        let header = &judge.detector().header;
+        let plan = detector.header().plan();
         print_json(&Output {
             detector: args.detector.display().to_string(),
-            statistics: header.statistics.config().statistics.to_string(),
-            seed: header.probe.seed,
-            draws: header.probe.draws,
-            steps: header.probe.steps,
+            statistics: detector.header().statistics.config().statistics.to_string(),
+            seed: plan.seed,
+            draws: plan.draws,
+            steps: plan.steps,
             logs: &reports,
             errors: &failures,
         })?;
@@ -80,27 +75,7 @@ pub fn run(args: &Score) -> Result<u8> {
     })
 }
 
-/// Every log that the arguments name; what cannot be searched is reported and the rest goes on.
-fn logs_under(args: &Score, failures: &mut Vec<Failure>) -> Vec<PathBuf> {
-    let options = LoadOptions {
-        format: args.reading.format,
-        ..LoadOptions::default()
-    };
-    let mut all = Vec::new();
-    for path in &args.logs {
-        match discover(path, &options) {
-            Ok(found) if found.is_empty() => failures.push(failure(
-                path,
-                &anyhow::anyhow!("{}: no pose log in it", path.display()),
-            )),
-            Ok(found) => all.extend(found),
-            Err(error) => failures.push(failure(path, &error.into())),
-        }
-    }
-    all
-}
-
-fn failure(path: &std::path::Path, error: &anyhow::Error) -> Failure {
+fn failure(path: &Path, error: &anyhow::Error) -> Failure {
     let error = explain(error);
     say(&format!("error: {error}"));
     Failure {
@@ -109,108 +84,28 @@ fn failure(path: &std::path::Path, error: &anyhow::Error) -> Failure {
     }
 }
 
-fn judge_log(judge: &mut Judge, args: &Score, path: &PathBuf) -> Result<LogReport> {
-    let mut logs = logs::read(std::slice::from_ref(path), &read_options(&args.reading))?;
-    let Some(log) = logs.pop() else {
-        bail!("{}: no pose log in it", path.display())
-    };
-    let bar = progress(0, "scoring")?;
-    let report = judge.judge(log, args.alpha, &|done, total| {
-        bar.set_length(total as u64);
-        bar.set_position(done as u64);
-    });
-    bar.finish_and_clear();
+fn judge(detector: &Detector, args: &Score, log: &Trajectory) -> Result<Report> {
+    let mut bar = Bar(progress(0, "scoring")?);
+    let options = JudgeOptions { alpha: args.alpha };
+    let report = detector.judge_with(log, &options, &mut bar);
+    bar.0.finish_and_clear();
     Ok(report?)
 }
 
-fn text(r: &LogReport, windows: bool) -> String {
-    let mut out = String::new();
-    let verdict = match r.verdict {
-        "out_of_distribution" => "OUT OF DISTRIBUTION",
-        "in_distribution" => "in distribution",
-        "unlike" => "UNLIKE the one trusted log",
-        _ => "like the one trusted log",
-    };
-    // Writing to a String cannot fail.
-    let _ = writeln!(out, "{:<24} {verdict}", r.log);
-    let decided = &r.tests[r.decided_by];
-    let _ = writeln!(
-        out,
-        "  decided by  {}: chance {:.2e} in a log like the trusted ones, alpha {}",
-        decided.name, r.p_value, r.alpha
-    );
-    let _ = writeln!(
-        out,
-        "  rests on    a tail fitted to {}; without a model {} can only say {:.3}",
-        count(r.basis.windows, "trusted window"),
-        count(r.basis.groups, "trusted log"),
-        r.basis.smallest_rank_p
-    );
-    let _ = writeln!(
-        out,
-        "  windows     {} of {} beyond {:.2}; mean score {:.2}; {:.2} times a trusted extreme",
-        r.beyond,
-        r.windows,
-        r.threshold.value(),
-        r.mean_score.value(),
-        r.excess
-    );
-    for (i, s) in r.segments.iter().take(SHOWN).enumerate() {
+/// The library's summary, and every window where it is asked for.
+fn text(report: &Report, windows: bool) -> String {
+    let mut out = report.to_string();
+    for w in report.windows.iter().filter(|_| windows) {
+        // Writing to a String cannot fail.
         let _ = writeln!(
             out,
-            "  {:<11} poses {} to {} ({:.1} s to {:.1} s), worst score {:.2}",
-            if i == 0 { "where" } else { "" },
-            s.first_pose,
-            s.last_pose,
-            s.start_s,
-            s.end_s,
-            s.worst_score.value()
+            "  window      poses {:>6} to {:>6}  score {:>9.3}  p {:.3}{}",
+            w.first_pose,
+            w.last_pose,
+            w.score.value(),
+            w.p_value,
+            if w.beyond { "  beyond" } else { "" }
         );
-    }
-    if r.segments.len() > SHOWN {
-        let more = count(r.segments.len() - SHOWN, "more segment");
-        let _ = writeln!(out, "              and {more} (--json shows all)");
-    }
-    for (i, s) in r.pose_spans.iter().take(SHOWN).enumerate() {
-        let _ = writeln!(
-            out,
-            "  {:<11} {} to {} ({:.1} s to {:.1} s), pose {} the most ({:.1} times a trusted extreme)",
-            if i == 0 { "poses" } else { "" },
-            s.first_pose,
-            s.last_pose,
-            s.start_s,
-            s.end_s,
-            s.worst_pose,
-            s.worst_score.value()
-        );
-    }
-    if r.beyond > 0 {
-        for (i, g) in r.groups.iter().take(3).enumerate() {
-            let _ = writeln!(
-                out,
-                "  {:<11} {}: {:.0} % of windows beyond the trusted ones, p {:.3}",
-                if i == 0 { "why" } else { "" },
-                g.group,
-                100.0 * g.share_beyond,
-                g.p_value
-            );
-        }
-    }
-    if windows {
-        for w in &r.window_reports {
-            let _ = writeln!(
-                out,
-                "  window      poses {:>6} to {:>6}  score {:>9.3}  p {:.3}{}",
-                w.first_pose,
-                w.last_pose,
-                w.score.value(),
-                w.p_value,
-                if w.beyond { "  beyond" } else { "" }
-            );
-        }
-    }
-    for note in &r.notes {
-        let _ = writeln!(out, "  note        {note}");
     }
     out
 }

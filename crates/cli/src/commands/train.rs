@@ -1,13 +1,14 @@
 //! `dose3 train`
 
 use super::{check_output, count, progress, read_options, say};
-use crate::args::{Protocol, RotationNoiseName, RotationProcessName, ScheduleName, Train};
+use crate::args::{RotationNoiseName, RotationProcessName, ScheduleName, Train};
 use anyhow::{Context, Result, bail};
+use dose3::progress::Progress;
 use dose3::train::{HoldOut, TrainOptions, train};
 use dose3::{atomic, logs};
 use dose3_cli::plot;
-use dose3_datasets::{Kind, Scaling, resample, same_rate};
-use dose3_diffusion::trainer::{TrainConfig, to_csv};
+use dose3_datasets::{resample, same_rate};
+use dose3_diffusion::trainer::{LogRow, TrainConfig, to_csv};
 use dose3_diffusion::{NoiseSchedule, ProcessConfig, RotationNoise, RotationProcess};
 use dose3_model::{PairConfig, Precision};
 use indicatif::ProgressBar;
@@ -36,32 +37,42 @@ pub fn run(args: &Train) -> Result<()> {
         count(trajectories.len(), "log")
     ));
     let options = options(args);
-    let parameters = options.network.parameter_count();
-    let bar = progress(args.steps as u64, "training")?;
-    let terminal = std::io::stderr().is_terminal();
-    let trained = train(
-        &trajectories,
-        &options,
-        &mut |training, validation| {
-            say(&format!(
-                "{training} training windows, {validation} validation windows of {} poses; \
-                 {parameters} parameters on {}",
-                args.window, args.computing.backend
-            ));
-        },
-        &mut |row| {
-            bar.set_position(row.step as u64);
-            let text = format!(
-                "translation {:.4} rotation {:.4}",
-                row.translation_eps, row.rotation_eps
-            );
-            if !terminal && row.step.is_multiple_of(100) {
-                say(&format!("step {} of {}: {text}", row.step, args.steps));
-            }
-            bar.set_message(text);
-        },
-    )?;
-    finish(args, &bar, &trained)
+    let mut heard = Heard {
+        args,
+        parameters: options.network.parameter_count(),
+        bar: progress(args.steps as u64, "training")?,
+    };
+    let trained = train(&trajectories, &options, &mut heard)?;
+    finish(args, &heard.bar, &trained)
+}
+
+/// Training as it goes: a bar on a terminal, else a line now and then.
+struct Heard<'a> {
+    args: &'a Train,
+    parameters: usize,
+    bar: ProgressBar,
+}
+
+impl Progress for Heard<'_> {
+    fn training(&mut self, training: usize, validation: usize) {
+        say(&format!(
+            "{training} training windows, {validation} validation windows of {} poses; {} parameters \
+             on {}",
+            self.args.window, self.parameters, self.args.computing.backend
+        ));
+    }
+
+    fn step(&mut self, row: &LogRow) {
+        self.bar.set_position(row.step as u64);
+        let text = format!(
+            "translation {:.4} rotation {:.4}",
+            row.translation_eps, row.rotation_eps
+        );
+        if !std::io::stderr().is_terminal() && row.step.is_multiple_of(100) {
+            say(&format!("step {} of {}: {text}", row.step, self.args.steps));
+        }
+        self.bar.set_message(text);
+    }
 }
 
 fn finish(args: &Train, bar: &ProgressBar, trained: &dose3::train::Trained) -> Result<()> {
@@ -98,24 +109,23 @@ fn finish(args: &Train, bar: &ProgressBar, trained: &dose3::train::Trained) -> R
 }
 
 fn options(args: &Train) -> TrainOptions {
-    let (kind, scaling, usual) = match args.protocol {
-        Protocol::Paper => (Kind::Paper, Scaling::PerWindow, ScheduleName::Cosine),
-        Protocol::Motion => (Kind::Motion, Scaling::PerAxis, ScheduleName::LogSigma),
-    };
+    let usual = TrainOptions::of(args.representation);
     let hold_out = match args.hold_out.as_slice() {
         [] => HoldOut::Fraction(0.15),
         [none] if none == "none" => HoldOut::Fraction(0.0),
         names => HoldOut::Names(names.to_vec()),
     };
     TrainOptions {
-        kind,
-        scaling,
         window: args.window,
         network: PairConfig::new(args.width, &args.multipliers),
         process: ProcessConfig {
             steps: args.diffusion_steps,
-            translation: schedule(args.translation_schedule.unwrap_or(usual)),
-            rotation: schedule(args.rotation_schedule.unwrap_or(usual)),
+            translation: args
+                .translation_schedule
+                .map_or(usual.process.translation, schedule),
+            rotation: args
+                .rotation_schedule
+                .map_or(usual.process.rotation, schedule),
             rotation_process: match args.rotation_process {
                 RotationProcessName::Group => RotationProcess::Group,
                 RotationProcessName::Tangent => RotationProcess::Tangent,
@@ -130,12 +140,13 @@ fn options(args: &Train) -> TrainOptions {
             batch: args.batch,
             learning_rate: args.learning_rate,
             seed: args.seed,
-            ..TrainConfig::default()
+            ..usual.config
         },
         hold_out,
         backend: args.computing.backend,
         threads: args.computing.threads,
         checkpoint: Some(checkpoint(args)),
+        ..usual
     }
 }
 

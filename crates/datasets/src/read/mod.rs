@@ -64,7 +64,7 @@ pub(crate) fn read(
             format!("a recording ({format})"),
             "this build does not read recordings; export the poses to a TUM file",
         )),
-        Format::Synthetic => Err(Error::UnknownName {
+        Format::Memory | Format::Synthetic => Err(Error::UnknownName {
             what: "format to read",
             found: format.to_string(),
             expected: Format::ALL.map(Format::name).join(", "),

@@ -4,9 +4,10 @@ use crate::error::Result;
 use dose3_datasets::{Trajectory, Window, WindowTensor};
 use dose3_diffusion::rotation_tangents;
 use dose3_ood::localise::pose_numbers;
-use dose3_ood::statistics::{PoseWindow, Sample, StatisticsSet, TraceSummary};
+use dose3_ood::statistics::{LinearPredictor, PoseWindow, Sample, StatisticsSet, TraceSummary};
 use std::cell::OnceCell;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Everything that is known of one window; statistics are functions of it.
 pub struct Measured<'a> {
@@ -23,6 +24,8 @@ pub struct Measured<'a> {
     /// Body-frame increments between its poses, `[poses - 1, 6]`: metres, then radians
     /// ([`dose3_datasets::increments`]).
     pub increments: Vec<f64>,
+    /// What `lin` predicts the increments with, where it was learnt.
+    pub linear: Option<Arc<LinearPredictor>>,
     /// Logarithms of the represented rotations, `[length, 3]`; few statistics ask for them.
     pub(super) tangents: OnceCell<Vec<f32>>,
     /// Poses of the log that lie nearer to the middle of this window than to that of its neighbours.
@@ -78,6 +81,7 @@ impl Measured<'_> {
         Sample {
             traces: &self.traces,
             increments: Some(&self.increments),
+            linear: self.linear.as_deref(),
             ..Sample::default()
         }
     }

@@ -25,15 +25,18 @@
 mod measured;
 mod pass;
 mod plan;
+mod reference;
 
 pub use measured::Measured;
 pub(crate) use pass::Pass;
 pub use plan::{ProbePlan, checked};
+pub(crate) use reference::Learnt;
+pub use reference::ProbeReference;
 
 use crate::backend::Computing;
 use crate::error::{Error, Result};
 use crate::model_file::Model;
-use dose3_datasets::{Representation, Trajectory, Window};
+use dose3_datasets::{LogGroups, Representation, Trajectory, Window};
 use dose3_diffusion::{Branches, ModelPair, Process};
 use dose3_ood::StatisticsSet;
 
@@ -45,6 +48,7 @@ pub struct Probe {
     representation: Representation,
     plan: ProbePlan,
     poses: usize,
+    learnt: Learnt,
 }
 
 impl Probe {
@@ -90,6 +94,7 @@ impl Probe {
             representation: header.representation,
             plan: *plan,
             poses: header.representation.kind.poses(header.window),
+            learnt: Learnt::default(),
         })
     }
 
@@ -108,6 +113,33 @@ impl Probe {
         self.plan = *plan;
     }
 
+    /// Learns from trusted logs what statistics of `set` need to know of them before they can be computed (`lin`
+    /// predicts each axis from the others; most need nothing). From then on `logs` are measured, and each by what was
+    /// learnt without its own group, so that its numbers look like those that a new log will have.
+    ///
+    /// # Errors
+    /// Logs too short to learn from.
+    pub fn learn(
+        &mut self,
+        logs: &[Trajectory],
+        groups: &LogGroups,
+        set: &StatisticsSet,
+    ) -> Result<()> {
+        self.learnt = Learnt::from_trusted(logs, groups, set)?;
+        Ok(())
+    }
+
+    /// What was learnt, for new logs.
+    #[must_use]
+    pub fn reference(&self) -> ProbeReference {
+        self.learnt.reference()
+    }
+
+    /// Measures new logs by what was learnt from trusted ones.
+    pub fn set_reference(&mut self, reference: &ProbeReference) {
+        self.learnt = Learnt::for_new_logs(reference);
+    }
+
     /// Calls `visit` with every one of `windows`, which lie in `logs`, in order; its error ends the pass. The
     /// numbers of a window do not depend on the number of threads or on the windows beside it.
     ///
@@ -124,6 +156,7 @@ impl Probe {
             process: &self.process,
             plan: self.plan,
             representation: self.representation,
+            learnt: &self.learnt,
         };
         pass.run(logs, windows, visit)
     }

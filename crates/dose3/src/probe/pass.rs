@@ -3,6 +3,7 @@
 
 use super::measured::{Measured, own_poses};
 use super::plan::ProbePlan;
+use super::reference::Learnt;
 use crate::error::{Error, Result};
 use dose3_datasets::{Representation, Trajectory, Window, WindowTensor, increments};
 use dose3_diffusion::{Branches, ModelPair, NoiseSharing, Process, trace};
@@ -22,6 +23,7 @@ pub(crate) struct Pass<'p> {
     pub process: &'p Process,
     pub plan: ProbePlan,
     pub representation: Representation,
+    pub learnt: &'p Learnt,
 }
 
 impl Pass<'_> {
@@ -50,6 +52,7 @@ impl Pass<'_> {
                     traces,
                     tensor,
                     increments: increments(poses, log.frame),
+                    linear: self.learnt.of_log(window.trajectory),
                     tangents: OnceCell::new(),
                     own: own_poses(windows, index),
                     drawn: self.plan.sharing != NoiseSharing::None,

@@ -15,7 +15,9 @@ use crate::training::{Training, shipped_shape};
 use anyhow::{Context, Result, bail};
 use dose3::Model;
 use dose3::atomic;
+use dose3::diffusion::trainer::LogRow;
 use dose3::model_file::LogRecord;
+use dose3::progress::OnStep;
 use dose3::train::{HoldOut, train};
 use dose3_datasets::{Trajectory, hex};
 use dose3_model::Precision;
@@ -275,9 +277,8 @@ fn model(options: &Options, of_table: &TableOptions, data: &[DataSet], seed: u64
         );
     }
     let bar = progress(train_steps as u64, "training")?;
-    let trained = train(&set.trajectories, &settings, &mut |_, _| (), &mut |row| {
-        bar.set_position(row.step as u64);
-    })?;
+    let hear = &mut OnStep(|row: &LogRow| bar.set_position(row.step as u64));
+    let trained = train(&set.trajectories, &settings, hear)?;
     bar.finish_and_clear();
     trained.model.write(&out, Precision::F32)?;
     Ok(trained.model)

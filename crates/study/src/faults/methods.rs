@@ -1,6 +1,6 @@
 //! The rows of every table: statistics, how they become one score, and whose network they need.
 
-use dose3::fit::MOTION_STATISTICS as DEFAULT_SET;
+use dose3::detector::MOTION_STATISTICS as DEFAULT_SET;
 use dose3_ood::Combination;
 
 /// Whose noise estimate a row is computed from.

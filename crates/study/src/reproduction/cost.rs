@@ -8,6 +8,8 @@ use crate::sets::DataSet;
 use crate::split::Split;
 use crate::training::{Training, shipped_shape};
 use anyhow::{Context, Result, bail};
+use dose3::diffusion::trainer::LogRow;
+use dose3::progress::OnStep;
 use dose3::train::{HoldOut, train};
 use std::time::Instant;
 
@@ -31,9 +33,8 @@ pub fn training_seconds(sets: &[DataSet], threads: usize) -> Result<f64> {
     let mut options = short.options(shipped_shape(), HoldOut::Fraction(0.0));
     options.threads = threads;
     let mut heard: Vec<(usize, Instant)> = Vec::new();
-    train(&set.trajectories, &options, &mut |_, _| (), &mut |row| {
-        heard.push((row.step, Instant::now()));
-    })?;
+    let hear = &mut OnStep(|row: &LogRow| heard.push((row.step, Instant::now())));
+    train(&set.trajectories, &options, hear)?;
     let (Some(first), Some(last)) = (heard.first(), heard.last()) else {
         bail!("training told of no step");
     };

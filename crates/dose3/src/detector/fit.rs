@@ -1,0 +1,329 @@
+//! Fitting: from a model and trusted logs to a detector, without retraining.
+
+use super::{Detector, DetectorHeader, VERSION};
+use crate::backend::Computing;
+use crate::built_in;
+use crate::error::{Error, Result, Setting};
+use crate::logs::{Needs, Note, conform};
+use crate::model_file::{LogRecord, Model};
+use crate::probe::{Probe, ProbePlan, checked};
+use crate::progress::Progress;
+use dose3_datasets::{
+    Frame, Kind, LogGroups, Trajectory, Window, stretch_numbers, windows_of_each,
+};
+use dose3_diffusion::{NoiseSharing, Process};
+use dose3_ood::{
+    Combination, DensityConfig, DetectorConfig, DetectorStatistics, Place, PoseReference,
+    StatisticsSet,
+};
+
+/// The statistics of the default detector: kinematics, robust differences and denoising errors, with a
+/// density each.
+pub const MOTION_STATISTICS: &str = "kinematic,differences,residual+eps-mean";
+
+/// What a model is best used with where the user says nothing; measured by
+/// `cargo xtask benchmark --faults --part validation` (docs/METHOD.md).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Defaults {
+    /// The statistics.
+    pub statistics: &'static str,
+    /// Diffusion steps visited.
+    pub steps: usize,
+    /// Noise draws per window.
+    pub draws: usize,
+}
+
+impl Defaults {
+    /// The paper's statistics for a `paper` model, [`MOTION_STATISTICS`] for a `motion` model.
+    #[must_use]
+    pub fn of(model: &Model) -> Self {
+        let steps = model.header.process.steps;
+        match model.header.representation.kind {
+            Kind::Paper => Self {
+                statistics: "paper24",
+                steps,
+                draws: 2,
+            },
+            Kind::Motion => Self {
+                statistics: MOTION_STATISTICS,
+                steps: steps.min(12),
+                draws: 1,
+            },
+        }
+    }
+}
+
+/// Settings of a fit. What is `None` is what the model is best used with ([`Defaults`]).
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitOptions {
+    /// The statistics, in blocks with a density each.
+    pub statistics: Option<StatisticsSet>,
+    /// The density over them.
+    pub density: DensityConfig,
+    /// How the blocks become one score; by default Fisher's sum for several, else one joint density.
+    pub combination: Option<Combination>,
+    /// Share of trusted logs, and of trusted windows, that may be rejected, in (0, 1).
+    pub alpha: f64,
+    /// Poses between the starts of windows.
+    pub stride: usize,
+    /// Diffusion steps visited, at most the model's.
+    pub steps: Option<usize>,
+    /// Noise draws a window, over which statistics are averaged.
+    pub draws: Option<usize>,
+    /// Whether windows share their noise.
+    pub noise: NoiseSharing,
+    /// Seed of noise and fit.
+    pub seed: u64,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self {
+            statistics: None,
+            density: DensityConfig::default(),
+            combination: None,
+            alpha: 0.05,
+            stride: 32,
+            steps: None,
+            draws: None,
+            noise: NoiseSharing::Common,
+            seed: 0,
+        }
+    }
+}
+
+/// A fit to be: a model, settings, and where it is computed.
+///
+/// ```no_run
+/// use dose3::Detector;
+///
+/// let trusted = dose3::load(["trusted/"])?;
+/// let detector = Detector::builder().statistics("kinematic,differences".parse()?).alpha(0.01).fit(&trusted)?;
+/// detector.save("detector.dose3")?;
+/// # Ok::<(), dose3::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DetectorBuilder {
+    model: Option<Model>,
+    options: FitOptions,
+    computing: Computing,
+}
+
+/// A fitted detector with what the user should know.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fitted {
+    /// The detector.
+    pub detector: Detector,
+    /// Number of trusted windows.
+    pub windows: usize,
+    /// What was said of the trusted logs, each once.
+    pub notes: Vec<Note>,
+}
+
+impl DetectorBuilder {
+    /// The model; by default the built-in one of body-frame motion.
+    #[must_use]
+    pub fn model(mut self, model: Model) -> Self {
+        self.model = Some(model);
+        self
+    }
+
+    /// The statistics, in blocks with a density each.
+    #[must_use]
+    pub fn statistics(mut self, statistics: StatisticsSet) -> Self {
+        self.options.statistics = Some(statistics);
+        self
+    }
+
+    /// Share of trusted logs, and of trusted windows, that may be rejected, in (0, 1).
+    #[must_use]
+    pub fn alpha(mut self, alpha: f64) -> Self {
+        self.options.alpha = alpha;
+        self
+    }
+
+    /// Seed of noise and fit.
+    #[must_use]
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.options.seed = seed;
+        self
+    }
+
+    /// All settings at once.
+    #[must_use]
+    pub fn options(mut self, options: FitOptions) -> Self {
+        self.options = options;
+        self
+    }
+
+    /// Where and on how many threads it is computed, here and when the detector judges.
+    #[must_use]
+    pub fn computing(mut self, computing: Computing) -> Self {
+        self.computing = computing;
+        self
+    }
+
+    /// Fits to the trusted logs.
+    ///
+    /// # Errors
+    /// No log, a log that does not fit the model or is shorter than a window, settings out of range, too few
+    /// windows.
+    pub fn fit(&self, trusted: &[Trajectory]) -> Result<Detector> {
+        Ok(self.run(trusted, &mut ())?.detector)
+    }
+
+    /// As [`DetectorBuilder::fit`], with what there is to know beside the detector.
+    ///
+    /// # Errors
+    /// As [`DetectorBuilder::fit`].
+    pub fn run(&self, trusted: &[Trajectory], progress: &mut dyn Progress) -> Result<Fitted> {
+        match &self.model {
+            Some(model) => self.run_on(model, trusted, progress),
+            None => self.run_on(&built_in::motion()?, trusted, progress),
+        }
+    }
+
+    fn run_on(
+        &self,
+        model: &Model,
+        trusted: &[Trajectory],
+        progress: &mut dyn Progress,
+    ) -> Result<Fitted> {
+        let options = &self.options;
+        let statistics = self.statistics_of(model)?;
+        let plan = self.plan(model, &statistics)?;
+        if options.stride == 0 {
+            return Err(Error::setting(Setting::Stride, 0, "at least 1"));
+        }
+        if !(options.alpha > 0.0 && options.alpha < 1.0) {
+            let expected = "a share between 0 and 1";
+            return Err(Error::setting(Setting::Alpha, options.alpha, expected));
+        }
+        let (logs, needs, mut notes) = brought_together(model, trusted, &statistics)?;
+        let mut probe = Probe::for_sets(model, &plan, [&statistics], self.computing)?;
+        let windows = windows_of_each(&logs, probe.poses(), options.stride)?;
+        let config = self.config(model, statistics, &plan);
+        config.check()?;
+
+        let groups = LogGroups::of(&logs);
+        let set = &config.statistics;
+        probe.learn(&logs, &groups, set)?;
+        let total = windows.len();
+        let (mut rows, mut poses) = (Vec::with_capacity(total), Vec::new());
+        probe.measure(&logs, &windows, |window| {
+            rows.push(window.row(set)?);
+            poses.extend(window.poses()?.into_iter().map(|(_, numbers)| numbers));
+            progress.windows(window.index + 1, total);
+            Ok::<(), Error>(())
+        })?;
+        let poses = PoseReference::fit(&poses)?;
+        let stretches = stretch_numbers(&windows, options.stride);
+        let place = |(window, stretch): (&Window, usize)| Place {
+            group: groups.of_log[window.trajectory],
+            log: window.trajectory,
+            stretch,
+        };
+        let places: Vec<Place> = windows.iter().zip(stretches).map(place).collect();
+        let statistics = DetectorStatistics::fit(config, &rows, &places, &groups.names)?;
+        let audit = &statistics.calibration().audit;
+        notes.extend(audit.iter().map(|found| Note::UnlikeTheOthers {
+            group: found.group.clone(),
+            log: logs[found.log].name.clone(),
+            chance: found.p_value,
+            first_pose: windows[found.first].start,
+            last_pose: windows[found.last].start + windows[found.last].length - 1,
+            left_out: found.left_out,
+        }));
+        let header = DetectorHeader {
+            format_version: VERSION,
+            rate: needs.rate,
+            frame: needs.frame,
+            steps: plan.steps,
+            noise: plan.sharing,
+            stride: options.stride,
+            trusted: logs.iter().map(LogRecord::from).collect(),
+            statistics,
+            reference: probe.reference(),
+            poses: Some(poses),
+            version: env!("CARGO_PKG_VERSION").to_string(),
+        };
+        Ok(Fitted {
+            detector: Detector::new(model.clone(), header, self.computing),
+            windows: total,
+            notes,
+        })
+    }
+
+    fn statistics_of(&self, model: &Model) -> Result<StatisticsSet> {
+        Ok(match &self.options.statistics {
+            Some(set) => set.clone(),
+            None => Defaults::of(model).statistics.parse()?,
+        })
+    }
+
+    fn plan(&self, model: &Model, statistics: &StatisticsSet) -> Result<ProbePlan> {
+        let (options, defaults) = (&self.options, Defaults::of(model));
+        let plan = ProbePlan {
+            steps: options.steps.unwrap_or(defaults.steps),
+            draws: options.draws.unwrap_or(defaults.draws),
+            seed: options.seed,
+            sharing: options.noise,
+        };
+        checked(&plan, &Process::new(model.header.process)?, statistics)
+    }
+
+    fn config(&self, model: &Model, statistics: StatisticsSet, plan: &ProbePlan) -> DetectorConfig {
+        let options = &self.options;
+        let usual = match statistics.blocks() {
+            0 | 1 => Combination::Joint,
+            _ => Combination::Fisher,
+        };
+        DetectorConfig {
+            statistics,
+            density: options.density.clone(),
+            combination: options.combination.unwrap_or(usual),
+            overlap: model.header.window.div_ceil(options.stride),
+            alpha: options.alpha,
+            window_alpha: options.alpha,
+            draws: plan.draws,
+            seed: plan.seed,
+            ..DetectorConfig::default()
+        }
+    }
+}
+
+/// The trusted logs as the model needs them, what that is, and what there is to say of it.
+fn brought_together(
+    model: &Model,
+    trusted: &[Trajectory],
+    statistics: &StatisticsSet,
+) -> Result<(Vec<Trajectory>, Needs, Vec<Note>)> {
+    let first = trusted.first().ok_or(Error::NoLog { purpose: "fit on" })?;
+    let representation = model.header.representation;
+    let needs = Needs {
+        representation,
+        metric: statistics.needs_increments(),
+        // A motion model fixes the rate; a paper model takes that of the trusted logs.
+        rate: match representation.kind {
+            Kind::Motion => model.header.rate,
+            Kind::Paper => first.rate.hertz,
+        },
+        frame: first.frame,
+    };
+    let (mut logs, mut notes) = (Vec::new(), Vec::new());
+    for log in trusted {
+        let (log, said) = conform(log, &needs)?;
+        logs.push(log.into_owned());
+        notes.extend(said);
+    }
+    if representation.kind == Kind::Motion && needs.frame == Frame::Sensor {
+        notes.push(Note::UnknownAxes);
+    }
+    let mut said = Vec::new();
+    notes.retain(|note| {
+        let new = !said.contains(note);
+        said.push(note.clone());
+        new
+    });
+    Ok((logs, needs, notes))
+}

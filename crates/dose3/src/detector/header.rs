@@ -1,0 +1,154 @@
+//! What a detector file says beside its model: everything that fitting decided, each fact once.
+
+use crate::error::{Error, Result};
+use crate::model_file::{self, LogRecord, Model};
+use crate::probe::{ProbePlan, ProbeReference};
+use dose3_datasets::Frame;
+use dose3_diffusion::{NoiseSharing, ProbeConfig};
+use dose3_ood::{DetectorStatistics, PoseReference};
+use serde::{Deserialize, Serialize};
+
+/// Metadata key of [`DetectorHeader`].
+pub const KEY: &str = "dose3.detector";
+/// Version of [`DetectorHeader`] that this build writes. Version 2 added what single trusted poses look like;
+/// version 3 says every fact once, and what statistics learn from the trusted logs.
+pub const VERSION: u32 = 3;
+/// The oldest version that this build reads.
+const OLDEST: u32 = 1;
+
+/// What a detector file says beside its model. Number of noise draws, their seed and the set of statistics stand in
+/// the settings of `statistics`, the representation in the model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DetectorHeader {
+    /// Version of this header.
+    pub format_version: u32,
+    /// Rate of the trusted logs as they were measured, hertz.
+    pub rate: f64,
+    /// Body frame of the trusted logs.
+    pub frame: Frame,
+    /// Diffusion steps visited.
+    pub steps: usize,
+    /// Whether windows share their noise.
+    pub noise: NoiseSharing,
+    /// Poses between the starts of windows.
+    pub stride: usize,
+    /// The trusted logs.
+    pub trusted: Vec<LogRecord>,
+    /// Densities and calibration.
+    pub statistics: DetectorStatistics,
+    /// What statistics learnt from the trusted logs before they were computed.
+    #[serde(default, skip_serializing_if = "ProbeReference::is_empty")]
+    pub reference: ProbeReference,
+    /// What trusted poses look like one by one; none in detectors of format 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poses: Option<PoseReference>,
+    /// Version of the software that fitted it.
+    pub version: String,
+}
+
+impl DetectorHeader {
+    /// How windows are noised.
+    #[must_use]
+    pub fn plan(&self) -> ProbePlan {
+        let config = self.statistics.config();
+        ProbePlan {
+            steps: self.steps,
+            draws: config.draws,
+            seed: config.seed,
+            sharing: self.noise,
+        }
+    }
+
+    /// Reads and checks a header of any version that was ever written, for the detector of `model`.
+    ///
+    /// # Errors
+    /// A version from the future, JSON of something else, parts that contradict each other.
+    pub(crate) fn read(json: &str, model: &Model) -> Result<Self> {
+        let version = model_file::check_version("detector", json, OLDEST..=VERSION)?;
+        let header: Self = match version {
+            1 | 2 => model_file::from_json::<Before3>("detector", json)?.into_header(model)?,
+            _ => model_file::from_json("detector", json)?,
+        };
+        header.check(model)?;
+        Ok(header)
+    }
+
+    fn check(&self, model: &Model) -> Result<()> {
+        let unsound = |reason: String| Err(Error::unsound("detector", reason));
+        let plan = self.plan();
+        if self.stride == 0 || plan.draws == 0 {
+            return unsound("its stride or number of draws is 0".into());
+        }
+        let steps = model.header.process.steps;
+        if !(1..=steps).contains(&plan.steps) {
+            let found = plan.steps;
+            return unsound(format!("it visits {found} diffusion steps of {steps}"));
+        }
+        if !(self.rate.is_finite() && self.rate > 0.0) {
+            return unsound(format!("rate {} Hz is not a positive number", self.rate));
+        }
+        if let Some(poses) = &self.poses {
+            poses.validate()?;
+        }
+        let set = &self.statistics.config().statistics;
+        if set.needs_linear() != self.reference.linear.is_some() {
+            return unsound(format!(
+                "`{set}` and the linear predictor do not belong together"
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Formats 1 and 2, which said representation, draws and seed twice.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Before3 {
+    #[serde(rename = "format_version")]
+    _format_version: u32,
+    needs: NeedsBefore3,
+    probe: ProbeConfig,
+    stride: usize,
+    trusted: Vec<LogRecord>,
+    statistics: DetectorStatistics,
+    #[serde(default)]
+    poses: Option<PoseReference>,
+    version: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NeedsBefore3 {
+    representation: dose3_datasets::Representation,
+    #[serde(rename = "metric")]
+    _metric: bool,
+    rate: f64,
+    frame: Frame,
+}
+
+impl Before3 {
+    fn into_header(self, model: &Model) -> Result<DetectorHeader> {
+        let config = self.statistics.config();
+        let unsound = |reason: &str| Err(Error::unsound("detector", reason));
+        if (config.draws, config.seed) != (self.probe.draws, self.probe.seed) {
+            return unsound("draws and seed differ between its parts");
+        }
+        if self.needs.representation != model.header.representation {
+            return unsound("the representations of model and detector differ");
+        }
+        Ok(DetectorHeader {
+            format_version: VERSION,
+            rate: self.needs.rate,
+            frame: self.needs.frame,
+            steps: self.probe.steps,
+            noise: self.probe.sharing,
+            stride: self.stride,
+            trusted: self.trusted,
+            statistics: self.statistics,
+            reference: ProbeReference::default(),
+            poses: self.poses,
+            version: self.version,
+        })
+    }
+}

@@ -1,0 +1,83 @@
+//! Judging: what a detector says of a log.
+
+use super::Detector;
+use crate::error::{Error, Result, Setting};
+use crate::logs::{Note, conform};
+use crate::progress::Progress;
+use crate::report::{JudgedLog, PoseScores, Report};
+use dose3_datasets::{Trajectory, stretch_numbers, windows_of_each};
+
+/// How a log is judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JudgeOptions {
+    /// Share of trusted logs that may be rejected, in (0, 1); the detector's where `None`.
+    pub alpha: Option<f64>,
+}
+
+impl Detector {
+    /// Judges a log. Its windows lie as those of the trusted logs did, because the calibration knows how much they
+    /// overlap. The report does not depend on the number of threads.
+    ///
+    /// # Errors
+    /// A log in another frame, in another unit, slower than the trusted logs where that matters, or without one
+    /// window; a backend that cannot be had.
+    pub fn judge(&self, log: &Trajectory) -> Result<Report> {
+        self.judge_with(log, &JudgeOptions::default(), &mut ())
+    }
+
+    /// As [`Detector::judge`], at another alpha; `progress` hears of every window.
+    ///
+    /// # Errors
+    /// As [`Detector::judge`]; an alpha out of range.
+    pub fn judge_with(
+        &self,
+        log: &Trajectory,
+        options: &JudgeOptions,
+        progress: &mut dyn Progress,
+    ) -> Result<Report> {
+        if let Some(alpha) = options.alpha.filter(|a| !(*a > 0.0 && *a < 1.0)) {
+            let expected = "a share between 0 and 1";
+            return Err(Error::setting(Setting::Alpha, alpha, expected));
+        }
+        let (log, notes) = conform(log, &self.needs())?;
+        let logs = std::slice::from_ref(log.as_ref());
+        let header = &self.header;
+        let set = &header.statistics.config().statistics;
+        let mut pose_scores = vec![None; log.len()];
+        let (windows, rows) = self.loaded.with(self, |probe| {
+            let windows = windows_of_each(logs, probe.poses(), header.stride)?;
+            let mut rows = Vec::with_capacity(windows.len());
+            probe.measure(logs, &windows, |window| {
+                rows.push(window.row(set)?);
+                if let Some(reference) = &header.poses {
+                    for (pose, numbers) in window.poses()? {
+                        pose_scores[pose] = Some(reference.score(&numbers)?);
+                    }
+                }
+                progress.windows(window.index + 1, windows.len());
+                Ok::<(), Error>(())
+            })?;
+            Ok((windows, rows))
+        })?;
+        let stretches = stretch_numbers(&windows, header.stride);
+        let alpha = options.alpha.unwrap_or(header.statistics.config().alpha);
+        let evidence = header
+            .statistics
+            .judge_with(&rows, &stretches, &[], alpha)?;
+        let mut said: Vec<String> = notes.iter().map(Note::to_string).collect();
+        said.extend(log.report.lines());
+        let poses = PoseScores {
+            scores: pose_scores,
+            threshold: header.poses.as_ref().map(|p| p.threshold()),
+        };
+        let judged = JudgedLog::from(log.as_ref());
+        Ok(Report::new(
+            judged,
+            &log.stamps,
+            &windows,
+            evidence,
+            poses,
+            said,
+        ))
+    }
+}

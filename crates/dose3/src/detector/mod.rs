@@ -1,0 +1,128 @@
+//! Detectors: a model, and what trusted logs look like to it.
+
+mod fit;
+mod header;
+mod judge;
+mod loaded;
+
+pub use fit::{Defaults, DetectorBuilder, FitOptions, Fitted, MOTION_STATISTICS};
+pub use header::{DetectorHeader, KEY, VERSION};
+pub use judge::JudgeOptions;
+
+use crate::atomic;
+use crate::backend::Computing;
+use crate::error::{Error, Result};
+use crate::logs::Needs;
+use crate::model_file::{self, Model};
+use dose3_datasets::Trajectory;
+use dose3_model::Precision;
+use loaded::Loaded;
+use std::path::Path;
+
+/// A detector: judges logs by what it learnt from trusted ones.
+///
+/// It carries its model, so one value (and one file) judges a log. Networks are loaded when the first log is judged
+/// and then kept; threads may judge by one detector, one after another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Detector {
+    model: Model,
+    header: DetectorHeader,
+    computing: Computing,
+    loaded: Loaded,
+}
+
+impl Detector {
+    /// Fits a detector to trusted logs with the built-in model of body-frame motion and settings that were measured
+    /// to be good; [`Detector::builder`] has the others. No network is trained.
+    ///
+    /// # Errors
+    /// No log; logs that do not fit together or are shorter than a window (13 s at 10 Hz); too few windows.
+    pub fn fit(trusted: &[Trajectory]) -> Result<Self> {
+        Self::builder().fit(trusted)
+    }
+
+    /// Settings of a fit.
+    #[must_use]
+    pub fn builder() -> DetectorBuilder {
+        DetectorBuilder::default()
+    }
+
+    fn new(model: Model, header: DetectorHeader, computing: Computing) -> Self {
+        Self {
+            model,
+            header,
+            computing,
+            loaded: Loaded::default(),
+        }
+    }
+
+    /// The model it carries.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The fitted part.
+    #[must_use]
+    pub fn header(&self) -> &DetectorHeader {
+        &self.header
+    }
+
+    /// The same detector, whose networks run elsewhere. Scores agree to rounding.
+    #[must_use]
+    pub fn on(self, computing: Computing) -> Self {
+        Self::new(self.model, self.header, computing)
+    }
+
+    /// What a log must be like to be judged.
+    #[must_use]
+    pub fn needs(&self) -> Needs {
+        Needs {
+            representation: self.model.header.representation,
+            metric: self
+                .header
+                .statistics
+                .config()
+                .statistics
+                .needs_increments(),
+            rate: self.header.rate,
+            frame: self.header.frame,
+        }
+    }
+
+    /// Serialises the detector. Weights are kept as f32: they are the ones it was fitted with.
+    ///
+    /// # Errors
+    /// A header that cannot be serialised.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        let json = model_file::json("detector", &self.header)?;
+        self.model.to_bytes(Precision::F32, &[(KEY, json)])
+    }
+
+    /// Reads a detector and checks all of it.
+    ///
+    /// # Errors
+    /// Bytes that are no detector, a version from the future, parts that contradict each other.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        let (model, metadata) = Model::from_bytes(bytes)?;
+        let json = metadata.get(KEY).ok_or(Error::NotADetector)?;
+        let header = DetectorHeader::read(json, &model)?;
+        Ok(Self::new(model, header, Computing::default()))
+    }
+
+    /// Reads a detector file.
+    ///
+    /// # Errors
+    /// As [`Detector::from_bytes`], with the path.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self> {
+        model_file::read("detector", path.as_ref(), Self::from_bytes)
+    }
+
+    /// Writes a detector file, whole or not at all.
+    ///
+    /// # Errors
+    /// As [`Detector::to_bytes`], or where the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
+        atomic::write(path.as_ref(), &self.to_bytes()?)
+    }
+}

@@ -1,0 +1,9 @@
+//! Logs as a user gives them, and as a model needs them.
+
+mod needs;
+mod note;
+mod read;
+
+pub use needs::{Needs, conform};
+pub use note::Note;
+pub use read::{ReadOptions, apply, read, read_each};

@@ -1,0 +1,100 @@
+//! What a user should know of how a log was taken.
+
+use dose3_datasets::Frame;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// One thing that is worth knowing and no error; as text a sentence.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Note {
+    /// The file has no stamps, so the rate is the one the data set is known for.
+    NominalRate {
+        /// That rate, hertz.
+        hertz: f64,
+    },
+    /// The log's rate is another one, and only poses are counted.
+    OtherRate {
+        /// The log's rate, hertz.
+        hertz: f64,
+        /// That of the trusted logs, hertz.
+        trusted: f64,
+    },
+    /// The log is of another kind of body.
+    OtherBody {
+        /// The log's frame.
+        frame: Frame,
+        /// That of the trusted logs.
+        trusted: Frame,
+    },
+    /// The log was brought down to the rate needed.
+    Interpolated {
+        /// The log's own rate, hertz.
+        from: f64,
+        /// The rate needed, hertz.
+        to: f64,
+    },
+    /// The body axes of the trusted logs are not known.
+    UnknownAxes,
+    /// A trusted group of logs is unlike the others.
+    UnlikeTheOthers {
+        /// Name of the group.
+        group: String,
+        /// Its log with the worst run of windows.
+        log: String,
+        /// Chance of such a run in a log like the others.
+        chance: f64,
+        /// First pose of the run.
+        first_pose: usize,
+        /// Last pose of the run.
+        last_pose: usize,
+        /// Whether the group is left out of what new logs are compared with.
+        left_out: bool,
+    },
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NominalRate { hertz } => write!(
+                f,
+                "no stamps in the file: {hertz:.4} Hz is the data set's nominal rate"
+            ),
+            Self::OtherRate { hertz, trusted } => write!(
+                f,
+                "the log has {hertz:.4} Hz, the trusted logs {trusted:.4} Hz; a paper model counts \
+                 poses, so a window spans another time"
+            ),
+            Self::OtherBody { frame, trusted } => write!(
+                f,
+                "the log is in frame {frame}, the trusted logs in {trusted}: another kind of body, \
+                 its axes are compared as they are"
+            ),
+            Self::Interpolated { from, to } => {
+                write!(f, "interpolated from {from:.4} Hz down to {to:.4} Hz")
+            }
+            Self::UnknownAxes => f.write_str(
+                "the body axes of the trusted logs are not known and taken as they are: logs to be \
+                 judged must come from the same source",
+            ),
+            Self::UnlikeTheOthers {
+                group,
+                log,
+                chance,
+                first_pose,
+                last_pose,
+                left_out,
+            } => write!(
+                f,
+                "{group} is unlike the other trusted logs (chance {chance:.1e}): poses {first_pose} to \
+                 {last_pose} of {log}; it is {} what new logs are compared with",
+                if *left_out {
+                    "left out of"
+                } else {
+                    "kept among"
+                }
+            ),
+        }
+    }
+}

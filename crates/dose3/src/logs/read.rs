@@ -1,0 +1,156 @@
+//! Reading logs with what a user says about them.
+
+use crate::error::{Error, Result, Setting};
+use dose3_datasets::{
+    Format, Frame, LoadOptions, RateSource, Trajectory, discover, load, load_all, make_unique,
+};
+use std::collections::HashSet;
+use std::fs::canonicalize;
+use std::path::{Path, PathBuf};
+
+/// What a user may say about logs whose files do not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadOptions {
+    /// Format, where content should not decide.
+    pub format: Option<Format>,
+    /// Body frame, where the format's is wrong.
+    pub frame: Option<Frame>,
+    /// Rate of logs without stamps, hertz.
+    pub nominal_rate: Option<f64>,
+    /// Metres in one unit of position.
+    pub unit: f64,
+    /// Stamps of a KITTI log.
+    pub times: Option<PathBuf>,
+    /// Longest step that is not a gap, seconds.
+    pub max_gap: Option<f64>,
+}
+
+impl Default for ReadOptions {
+    fn default() -> Self {
+        Self {
+            format: None,
+            frame: None,
+            nominal_rate: None,
+            unit: 1.0,
+            times: None,
+            max_gap: None,
+        }
+    }
+}
+
+/// Reads every log under `paths`.
+///
+/// # Errors
+/// The first log that cannot be read; options out of range.
+pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Trajectory>> {
+    options.check()?;
+    let mut trajectories = load_all(paths, &options.load())?;
+    for t in &mut trajectories {
+        apply(t, options)?;
+    }
+    Ok(trajectories)
+}
+
+/// Reads every log under `paths` on its own: a log that cannot be read does not stop the others. Names are unique
+/// among those that were read; a log that two paths name is read once.
+///
+/// # Errors
+/// Options out of range.
+pub fn read_each(
+    paths: &[PathBuf],
+    options: &ReadOptions,
+) -> Result<Vec<(PathBuf, Result<Trajectory>)>> {
+    options.check()?;
+    let load_options = options.load();
+    let (mut found, mut seen) = (Vec::new(), HashSet::new());
+    for path in paths {
+        match files(path, &load_options) {
+            Ok(files) => found.extend(files.into_iter().map(Ok)),
+            Err(error) => found.push(Err((path.clone(), error))),
+        }
+    }
+    let mut read: Vec<(PathBuf, Result<Trajectory>)> = Vec::new();
+    for file in found {
+        match file {
+            Err((path, error)) => read.push((path, Err(error))),
+            Ok(file) if seen.insert(canonicalize(&file).unwrap_or_else(|_| file.clone())) => {
+                let log = load(&file, &load_options).map_err(Error::from);
+                let log = log.and_then(|mut log| apply(&mut log, options).map(|()| log));
+                read.push((file, log));
+            }
+            Ok(_) => {}
+        }
+    }
+    make_unique(read.iter_mut().filter_map(|(_, log)| log.as_mut().ok()));
+    Ok(read)
+}
+
+/// The logs that a path names, at least one.
+fn files(path: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>> {
+    let found = discover(path, options)?;
+    match found.is_empty() {
+        true => Err(Error::NoLogIn {
+            path: path.to_path_buf(),
+        }),
+        false => Ok(found),
+    }
+}
+
+impl ReadOptions {
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a unit or a rate that is not positive.
+    pub fn check(&self) -> Result<()> {
+        if !(self.unit.is_finite() && self.unit > 0.0) {
+            let expected = "a positive number of metres";
+            return Err(Error::setting(Setting::Unit, self.unit, expected));
+        }
+        let not_positive = |rate: &f64| !(rate.is_finite() && *rate > 0.0);
+        if let Some(rate) = self.nominal_rate.filter(not_positive) {
+            let expected = "a positive number of hertz";
+            return Err(Error::setting(Setting::NominalRate, rate, expected));
+        }
+        Ok(())
+    }
+
+    /// What of them the reader of files needs.
+    #[must_use]
+    pub fn load(&self) -> LoadOptions {
+        LoadOptions {
+            format: self.format,
+            times: self.times.clone(),
+            max_gap: self.max_gap,
+            ..LoadOptions::default()
+        }
+    }
+}
+
+/// Applies to a log what files of its kind do not say.
+///
+/// # Errors
+/// [`Error::HasStamps`] where a nominal rate is named for a log with stamps.
+pub fn apply(t: &mut Trajectory, options: &ReadOptions) -> Result<()> {
+    if let Some(frame) = options.frame {
+        t.frame = frame;
+    }
+    if options.unit != 1.0 {
+        t.poses
+            .iter_mut()
+            .for_each(|p| p.translation *= options.unit);
+    }
+    if let Some(hertz) = options.nominal_rate {
+        if t.rate.source == RateSource::Stamps {
+            return Err(Error::HasStamps {
+                log: t.name.clone(),
+                hertz: t.rate.hertz,
+            });
+        }
+        let step = 1e9 / hertz;
+        for (i, stamp) in t.stamps.iter_mut().enumerate() {
+            *stamp = (i as f64 * step).round() as i64;
+        }
+        t.rate.hertz = hertz;
+    }
+    Ok(())
+}

@@ -1,0 +1,110 @@
+//! What is said of a log: the verdict, what it rests on, where in the log, and why.
+
+mod places;
+mod text;
+
+pub use places::{PoseSpan, Segment, WindowReport};
+
+use dose3_datasets::{RateSource, Trajectory, Window};
+use dose3_ood::detector::{Contribution, LogVerdict};
+use dose3_ood::{Score, Verdict};
+use serde::{Deserialize, Serialize};
+
+/// What is said of one log. As text (`Display`) a summary in plain words; as JSON everything, and back.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// The log.
+    pub log: JudgedLog,
+    /// The verdict in one word.
+    pub verdict: Verdict,
+    /// The numbers that it rests on. Scores of windows stand in [`windows`](Self::windows), contributions in
+    /// [`reasons`](Self::reasons), notes in [`notes`](Self::notes).
+    pub evidence: LogVerdict,
+    /// Where: runs of overlapping windows beyond the threshold.
+    pub segments: Vec<Segment>,
+    /// Runs of poses beyond the pose threshold within these segments, the worst first.
+    pub pose_spans: Vec<PoseSpan>,
+    /// Why: which groups of statistics drove the scores, the strongest first.
+    pub reasons: Vec<Contribution>,
+    /// What the user should know, in sentences.
+    pub notes: Vec<String>,
+    /// Every window, in order.
+    pub windows: Vec<WindowReport>,
+    /// Scores of single poses.
+    pub poses: PoseScores,
+}
+
+/// What a report says of the log itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JudgedLog {
+    /// Its name.
+    pub name: String,
+    /// Its file; empty for poses that were in memory.
+    pub path: String,
+    /// Poses judged.
+    pub poses: usize,
+    /// Rate of the log as judged, hertz.
+    pub rate_hz: f64,
+    /// Whether that rate is the data set's nominal one, because the file has no stamps.
+    pub rate_is_nominal: bool,
+}
+
+impl From<&Trajectory> for JudgedLog {
+    fn from(log: &Trajectory) -> Self {
+        Self {
+            name: log.name.clone(),
+            path: log.path.display().to_string(),
+            poses: log.len(),
+            rate_hz: log.rate.hertz,
+            rate_is_nominal: log.rate.source == RateSource::Nominal,
+        }
+    }
+}
+
+/// How much single poses stick out.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseScores {
+    /// Score beyond which one in a thousand trusted poses is; none in detectors of format 1.
+    pub threshold: Option<Score>,
+    /// Score of every pose as judged; none where no window reaches. Not written to files.
+    #[serde(skip)]
+    pub scores: Vec<Option<Score>>,
+}
+
+impl Report {
+    pub(crate) fn new(
+        log: JudgedLog,
+        stamps: &[i64],
+        windows: &[Window],
+        mut evidence: LogVerdict,
+        poses: PoseScores,
+        mut notes: Vec<String>,
+    ) -> Self {
+        let scores = std::mem::take(&mut evidence.window_scores);
+        let p_values = std::mem::take(&mut evidence.window_p_values);
+        let windows: Vec<WindowReport> = windows
+            .iter()
+            .zip(scores.into_iter().zip(p_values))
+            .map(|(window, said)| WindowReport::new(window, stamps, said, evidence.threshold))
+            .collect();
+        notes.append(&mut evidence.notes);
+        let segments = places::segments(stamps, &windows);
+        Self {
+            pose_spans: places::pose_spans(stamps, &segments, &poses),
+            segments,
+            reasons: std::mem::take(&mut evidence.contributions),
+            verdict: evidence.verdict,
+            log,
+            evidence,
+            notes,
+            windows,
+            poses,
+        }
+    }
+
+    /// Whether the log is out of distribution.
+    #[must_use]
+    pub fn is_ood(&self) -> bool {
+        self.verdict.is_ood()
+    }
+}
