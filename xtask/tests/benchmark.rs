@@ -49,7 +49,7 @@ fn synthetic_benchmark_writes_every_cell() {
         .flat_map(|r| r["tables"].as_array().expect("tables"))
     {
         let cells = table["cells"].as_array().expect("cells");
-        assert_eq!(cells.len(), 6, "{}", table["method"]);
+        assert_eq!(cells.len(), 6, "{}", table["label"]);
         for cell in cells {
             let auroc = cell["auroc"]["value"].as_f64().expect("a number");
             assert!((0.0..=1.0).contains(&auroc));
@@ -58,7 +58,7 @@ fn synthetic_benchmark_writes_every_cell() {
     // The density without a network tells a vehicle from a hand-held object whatever the weights.
     let kinematic = runs[0]["tables"]
         .as_array()
-        .and_then(|t| t.iter().find(|t| t["method"] == "kinematic"))
+        .and_then(|t| t.iter().find(|t| t["row"]["set"] == "kinematic"))
         .expect("the kinematic row");
     assert!(
         kinematic["cells"][0]["auroc"]["value"]
