@@ -99,7 +99,8 @@ impl Learned {
         let Some(seconds) = self.seconds else {
             return Ok(());
         };
-        atomic::write(&seconds_file(path), format!("{seconds:.1}\n").as_bytes())
+        let seconds = format!("{seconds:.1}\n");
+        Ok(atomic::write(&seconds_file(path), seconds.as_bytes())?)
     }
 
     /// How many numbers were trained.

@@ -136,7 +136,7 @@ impl Experiment {
 
     /// The main table's networks before training.
     pub const fn untrained() -> Self {
-        Self::new(Subject::Untrained(KITTI), &NETWORK)
+        Self::new(Subject::Untrained(KITTI), NETWORK)
     }
 
     /// The main table on body-frame motion.
@@ -146,7 +146,7 @@ impl Experiment {
 
     /// Its networks before training.
     pub const fn motion_untrained() -> Self {
-        Self::new(Subject::Untrained(KITTI_MOTION), &NETWORK)
+        Self::new(Subject::Untrained(KITTI_MOTION), NETWORK)
     }
 
     /// A network of the tables of training sets, lengths and steps.
