@@ -115,6 +115,10 @@ impl<'a> Log<'a> {
         };
         let left = at + slope * shift + bend * shift * shift;
         let poses = k as f64 - FARTHEST as f64 + shift;
+        if poses.abs() >= FARTHEST as f64 {
+            // Still falling where the search ends: not an offset that was found.
+            return (0.0, error / hertz, distances[none]);
+        }
         (poses / hertz, error / hertz, left.max(0.0))
     }
 

@@ -162,7 +162,7 @@ fn a_stored_predictor_is_checked() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::with_cases(24) })]
+    #![proptest_config(crate::property_cases::cases(24))]
     #[test]
     fn any_finite_log_gives_finite_numbers(
         exponents in prop::collection::vec(-300_i32..300, 6),
