@@ -28,7 +28,7 @@ pub mod write;
 pub use detect::detect;
 pub use error::{Error, InputError, Place};
 pub use format::{Format, Frame, Rate, RateSource};
-pub use groups::LogGroups;
+pub use groups::{GroupBy, LogGroups, Overlap, Shared, overlaps};
 pub use hex::hex;
 pub use increments::increments;
 pub use load::{Survey, discover, load, load_all, load_bytes, survey};

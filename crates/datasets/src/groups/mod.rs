@@ -1,5 +1,11 @@
 //! Logs that belong together: of one recording or one route.
 
+mod overlap;
+mod pattern;
+
+pub use overlap::{Overlap, Shared, overlaps};
+pub use pattern::GroupBy;
+
 use crate::{Trajectory, Window};
 
 /// The groups of some logs, numbered in the order in which they first appear.
@@ -31,6 +37,30 @@ impl LogGroups {
             }
         }
         groups
+    }
+
+    /// Makes one group of those that share a recording, as [`overlaps`] of the same logs found.
+    #[must_use]
+    pub fn joined(self, overlaps: &[Overlap]) -> Self {
+        let mut of_log = self.of_log;
+        for pair in overlaps.iter().filter(|pair| pair.shared.is_recording()) {
+            let (a, b) = (of_log[pair.first], of_log[pair.second]);
+            let (keep, drop) = (a.min(b), a.max(b));
+            of_log
+                .iter_mut()
+                .filter(|g| **g == drop)
+                .for_each(|g| *g = keep);
+        }
+        let mut joined = Self::default();
+        let mut numbers: Vec<Option<usize>> = vec![None; self.names.len()];
+        for group in of_log {
+            let number = *numbers[group].get_or_insert_with(|| {
+                joined.names.push(self.names[group].clone());
+                joined.names.len() - 1
+            });
+            joined.of_log.push(number);
+        }
+        joined
     }
 
     /// For each of `windows` of these logs the number of its group.
