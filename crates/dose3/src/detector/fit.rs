@@ -1,6 +1,6 @@
 //! Fitting: from a model and trusted logs to a detector, without retraining.
 
-use super::{Detector, DetectorHeader, VERSION};
+use super::{Detector, DetectorHeader, VERSION, WholeReference};
 use crate::backend::Computing;
 use crate::built_in;
 use crate::error::{Error, Result, Setting};
@@ -9,7 +9,7 @@ use crate::model_file::{LogRecord, Model};
 use crate::probe::{Probe, ProbePlan, checked};
 use crate::progress::Progress;
 use dose3_datasets::{
-    Frame, Kind, LogGroups, Trajectory, Window, stretch_numbers, windows_of_each,
+    Frame, Kind, LogGroups, Trajectory, Window, overlaps, stretch_numbers, windows_of_each,
 };
 use dose3_diffusion::{NoiseSharing, Process};
 use dose3_ood::{
@@ -62,6 +62,17 @@ pub struct FitOptions {
     pub density: DensityConfig,
     /// How the blocks become one score; by default Fisher's sum for several, else one joint density.
     pub combination: Option<Combination>,
+    /// Share of alpha of each test of the statistics, in (0, 1]; they sum to 1. By default equal shares.
+    pub shares: Option<Vec<f64>>,
+    /// Whether trusted logs that share a recording ([`dose3_datasets::overlaps`]) are one group, whatever their
+    /// groups say.
+    pub join_overlapping: bool,
+    /// Whether the stamps of a log are compared with those of the trusted logs.
+    pub timing: bool,
+    /// Whether it is asked if position and attitude belong together as in the trusted logs.
+    pub calibration: bool,
+    /// Whether trusted logs that are unlike the others stay among what new logs are compared with.
+    pub keep_all: bool,
     /// Share of trusted logs, and of trusted windows, that may be rejected, in (0, 1).
     pub alpha: f64,
     /// Poses between the starts of windows.
@@ -82,6 +93,11 @@ impl Default for FitOptions {
             statistics: None,
             density: DensityConfig::default(),
             combination: None,
+            shares: None,
+            join_overlapping: true,
+            timing: true,
+            calibration: true,
+            keep_all: false,
             alpha: 0.05,
             stride: 32,
             steps: None,
@@ -205,7 +221,16 @@ impl DetectorBuilder {
         let config = self.config(model, statistics, &plan);
         config.check()?;
 
-        let groups = LogGroups::of(&logs);
+        let shared = match options.join_overlapping {
+            true => overlaps(trusted),
+            false => Vec::new(),
+        };
+        notes.extend(shared.iter().map(|pair| Note::Overlap {
+            first: trusted[pair.first].name.clone(),
+            second: trusted[pair.second].name.clone(),
+            shared: pair.shared,
+        }));
+        let groups = LogGroups::of(&logs).joined(&shared);
         let set = &config.statistics;
         probe.learn(&logs, &groups, set)?;
         let total = windows.len();
@@ -234,6 +259,13 @@ impl DetectorBuilder {
             last_pose: windows[found.last].start + windows[found.last].length - 1,
             left_out: found.left_out,
         }));
+        let motion = model.header.representation.kind == Kind::Motion;
+        let whole = WholeReference::fit(
+            &logs,
+            &groups,
+            motion && options.timing,
+            motion && options.calibration,
+        )?;
         let header = DetectorHeader {
             format_version: VERSION,
             rate: needs.rate,
@@ -245,6 +277,7 @@ impl DetectorBuilder {
             statistics,
             reference: probe.reference(),
             poses: Some(poses),
+            whole,
             version: env!("CARGO_PKG_VERSION").to_string(),
         };
         Ok(Fitted {
@@ -282,6 +315,8 @@ impl DetectorBuilder {
             statistics,
             density: options.density.clone(),
             combination: options.combination.unwrap_or(usual),
+            shares: options.shares.clone(),
+            keep_all: options.keep_all,
             overlap: model.header.window.div_ceil(options.stride),
             alpha: options.alpha,
             window_alpha: options.alpha,

@@ -1,5 +1,6 @@
 //! What a detector file says beside its model: everything that fitting decided, each fact once.
 
+use super::whole::WholeReference;
 use crate::error::{Error, Result};
 use crate::model_file::{self, LogRecord, Model};
 use crate::probe::{ProbePlan, ProbeReference};
@@ -43,6 +44,9 @@ pub struct DetectorHeader {
     /// What trusted poses look like one by one; none in detectors of format 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<PoseReference>,
+    /// What trusted logs look like as wholes.
+    #[serde(default, skip_serializing_if = "WholeReference::is_empty")]
+    pub whole: WholeReference,
     /// Version of the software that fitted it.
     pub version: String,
 }
@@ -148,6 +152,7 @@ impl Before3 {
             statistics: self.statistics,
             reference: ProbeReference::default(),
             poses: self.poses,
+            whole: WholeReference::default(),
             version: self.version,
         })
     }

@@ -4,7 +4,7 @@ use super::Detector;
 use crate::error::{Error, Result, Setting};
 use crate::logs::{Note, conform};
 use crate::progress::Progress;
-use crate::report::{JudgedLog, PoseScores, Report};
+use crate::report::{PoseScores, Report};
 use dose3_datasets::{Trajectory, stretch_numbers, windows_of_each};
 
 /// How a log is judged.
@@ -61,23 +61,17 @@ impl Detector {
         })?;
         let stretches = stretch_numbers(&windows, header.stride);
         let alpha = options.alpha.unwrap_or(header.statistics.config().alpha);
+        let whole = header.whole.judge(&log, alpha)?;
+        let outside = whole.tests(&log);
         let evidence = header
             .statistics
-            .judge_with(&rows, &stretches, &[], alpha)?;
+            .judge_with(&rows, &stretches, &outside, alpha)?;
         let mut said: Vec<String> = notes.iter().map(Note::to_string).collect();
         said.extend(log.report.lines());
         let poses = PoseScores {
             scores: pose_scores,
             threshold: header.poses.as_ref().map(|p| p.threshold()),
         };
-        let judged = JudgedLog::from(log.as_ref());
-        Ok(Report::new(
-            judged,
-            &log.stamps,
-            &windows,
-            evidence,
-            poses,
-            said,
-        ))
+        Ok(Report::new(&log, &windows, evidence, whole, poses, said))
     }
 }

@@ -4,10 +4,12 @@ mod fit;
 mod header;
 mod judge;
 mod loaded;
+mod whole;
 
 pub use fit::{Defaults, DetectorBuilder, FitOptions, Fitted, MOTION_STATISTICS};
 pub use header::{DetectorHeader, KEY, VERSION};
 pub use judge::JudgeOptions;
+pub use whole::{CALIBRATION_SHARE, TIMING_SHARE, WholeFindings, WholeReference};
 
 use crate::atomic;
 use crate::backend::Computing;

@@ -1,6 +1,6 @@
 //! What a user should know of how a log was taken.
 
-use dose3_datasets::Frame;
+use dose3_datasets::{Frame, Shared};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -37,6 +37,15 @@ pub enum Note {
     },
     /// The body axes of the trusted logs are not known.
     UnknownAxes,
+    /// Two trusted logs are not independent of each other.
+    Overlap {
+        /// Name of one log.
+        first: String,
+        /// Name of the other.
+        second: String,
+        /// What they share.
+        shared: Shared,
+    },
     /// A trusted group of logs is unlike the others.
     UnlikeTheOthers {
         /// Name of the group.
@@ -78,6 +87,29 @@ impl fmt::Display for Note {
                 "the body axes of the trusted logs are not known and taken as they are: logs to be \
                  judged must come from the same source",
             ),
+            Self::Overlap {
+                first,
+                second,
+                shared,
+            } => match shared {
+                Shared::Time { seconds } => write!(
+                    f,
+                    "{first} and {second} were recorded at the same time ({seconds:.0} s of it): they count \
+                     as one log"
+                ),
+                Shared::Positions { share } => write!(
+                    f,
+                    "{first} and {second} hold the same positions ({:.0} % of the shorter one): they count \
+                     as one log",
+                    100.0 * share
+                ),
+                Shared::Route { share } => write!(
+                    f,
+                    "{first} and {second} go the same way ({:.0} % of the places): if new logs go other ways, \
+                     name runs of one route as one group",
+                    100.0 * share
+                ),
+            },
             Self::UnlikeTheOthers {
                 group,
                 log,

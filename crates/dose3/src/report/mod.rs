@@ -3,9 +3,10 @@
 mod places;
 mod text;
 
-pub use places::{PoseSpan, Segment, WindowReport};
+pub use places::{Place, PoseSpan, Segment, WindowReport};
 
-use dose3_datasets::{RateSource, Trajectory, Window};
+use crate::detector::WholeFindings;
+use dose3_datasets::{RateSource, RowKind, Trajectory, Window};
 use dose3_ood::detector::{Contribution, LogVerdict};
 use dose3_ood::{Score, Verdict};
 use serde::{Deserialize, Serialize};
@@ -24,6 +25,8 @@ pub struct Report {
     pub segments: Vec<Segment>,
     /// Runs of poses beyond the pose threshold within these segments, the worst first.
     pub pose_spans: Vec<PoseSpan>,
+    /// What the log shows as a whole: its stamps, its calibration.
+    pub whole: WholeFindings,
     /// Why: which groups of statistics drove the scores, the strongest first.
     pub reasons: Vec<Contribution>,
     /// What the user should know, in sentences.
@@ -43,6 +46,10 @@ pub struct JudgedLog {
     pub path: String,
     /// Poses judged.
     pub poses: usize,
+    /// What rows of the file count.
+    pub row_kind: RowKind,
+    /// Whether its axes are known to be forward, left and up.
+    pub named_axes: bool,
     /// Rate of the log as judged, hertz.
     pub rate_hz: f64,
     /// Whether that rate is the data set's nominal one, because the file has no stamps.
@@ -55,6 +62,8 @@ impl From<&Trajectory> for JudgedLog {
             name: log.name.clone(),
             path: log.path.display().to_string(),
             poses: log.len(),
+            row_kind: log.row_kind,
+            named_axes: log.frame.has_forward(),
             rate_hz: log.rate.hertz,
             rate_is_nominal: log.rate.source == RateSource::Nominal,
         }
@@ -73,10 +82,10 @@ pub struct PoseScores {
 
 impl Report {
     pub(crate) fn new(
-        log: JudgedLog,
-        stamps: &[i64],
+        log: &Trajectory,
         windows: &[Window],
         mut evidence: LogVerdict,
+        whole: WholeFindings,
         poses: PoseScores,
         mut notes: Vec<String>,
     ) -> Self {
@@ -85,17 +94,18 @@ impl Report {
         let windows: Vec<WindowReport> = windows
             .iter()
             .zip(scores.into_iter().zip(p_values))
-            .map(|(window, said)| WindowReport::new(window, stamps, said, evidence.threshold))
+            .map(|(window, said)| WindowReport::new(window, &log.stamps, said, evidence.threshold))
             .collect();
         notes.append(&mut evidence.notes);
-        let segments = places::segments(stamps, &windows);
+        let segments = places::segments(log, &windows);
         Self {
-            pose_spans: places::pose_spans(stamps, &segments, &poses),
+            pose_spans: places::pose_spans(log, &segments, &poses),
             segments,
             reasons: std::mem::take(&mut evidence.contributions),
             verdict: evidence.verdict,
-            log,
+            log: JudgedLog::from(log),
             evidence,
+            whole,
             notes,
             windows,
             poses,

@@ -1,7 +1,7 @@
 //! Where in a log: windows, runs of windows, runs of poses.
 
 use super::PoseScores;
-use dose3_datasets::Window;
+use dose3_datasets::{Trajectory, Window};
 use dose3_ood::Score;
 use serde::{Deserialize, Serialize};
 
@@ -24,17 +24,34 @@ pub struct WindowReport {
     pub beyond: bool,
 }
 
+/// A part of a log: as it was judged, and in the user's file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    /// Its first pose in the log as it was judged.
+    pub first_pose: usize,
+    /// Its last pose.
+    pub last_pose: usize,
+    /// Row of the first pose in the file, counted as [`super::JudgedLog::row_kind`] says; of a resampled log the row
+    /// nearest in time.
+    pub first_row: u64,
+    /// Row of the last pose.
+    pub last_row: u64,
+    /// Stamp of the first pose as the file has it; none where it has no stamps.
+    pub first_stamp: Option<String>,
+    /// Stamp of the last pose.
+    pub last_stamp: Option<String>,
+    /// Its start from the log's start, seconds.
+    pub start_s: f64,
+    /// Its end from the log's start, seconds.
+    pub end_s: f64,
+}
+
 /// A run of overlapping windows beyond the threshold.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Segment {
-    /// First pose of the run.
-    pub first_pose: usize,
-    /// Last pose of the run.
-    pub last_pose: usize,
-    /// Start of the run from the log's start, seconds.
-    pub start_s: f64,
-    /// End of the run from the log's start, seconds.
-    pub end_s: f64,
+    /// Where it is.
+    #[serde(flatten)]
+    pub place: Place,
     /// Highest window score of the run.
     pub worst_score: Score,
 }
@@ -42,14 +59,9 @@ pub struct Segment {
 /// A run of poses that stick out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseSpan {
-    /// First pose of the run.
-    pub first_pose: usize,
-    /// Last pose of the run.
-    pub last_pose: usize,
-    /// Start of the run from the log's start, seconds.
-    pub start_s: f64,
-    /// End of the run from the log's start, seconds.
-    pub end_s: f64,
+    /// Where it is.
+    #[serde(flatten)]
+    pub place: Place,
     /// The pose that sticks out most.
     pub worst_pose: usize,
     /// Its score: 1 is what one trusted pose in a thousand reaches.
@@ -76,72 +88,78 @@ impl WindowReport {
     }
 }
 
-/// Seconds from the first stamp.
-fn seconds(stamps: &[i64], stamp: i64) -> f64 {
-    stamp.saturating_sub(stamps.first().copied().unwrap_or_default()) as f64 * 1e-9
-}
-
-pub(super) fn segments(stamps: &[i64], windows: &[WindowReport]) -> Vec<Segment> {
-    let mut segments: Vec<Segment> = Vec::new();
-    for w in windows.iter().filter(|w| w.beyond) {
-        match segments.last_mut() {
-            Some(s) if w.first_pose <= s.last_pose => {
-                s.last_pose = w.last_pose;
-                s.end_s = seconds(stamps, w.last_stamp_ns);
-                s.worst_score = s.worst_score.max(w.score);
-            }
-            _ => segments.push(Segment {
-                first_pose: w.first_pose,
-                last_pose: w.last_pose,
-                start_s: seconds(stamps, w.first_stamp_ns),
-                end_s: seconds(stamps, w.last_stamp_ns),
-                worst_score: w.score,
-            }),
+impl Place {
+    pub(super) fn new(log: &Trajectory, first_pose: usize, last_pose: usize) -> Self {
+        let start = log.stamps.first().copied().unwrap_or_default();
+        let seconds = |pose: usize| log.stamps[pose].saturating_sub(start) as f64 * 1e-9;
+        Self {
+            first_pose,
+            last_pose,
+            first_row: log.rows[first_pose],
+            last_row: log.rows[last_pose],
+            first_stamp: log.stamp_in_file(first_pose),
+            last_stamp: log.stamp_in_file(last_pose),
+            start_s: seconds(first_pose),
+            end_s: seconds(last_pose),
         }
     }
-    segments
+}
+
+pub(super) fn segments(log: &Trajectory, windows: &[WindowReport]) -> Vec<Segment> {
+    let mut runs: Vec<(usize, usize, Score)> = Vec::new();
+    for w in windows.iter().filter(|w| w.beyond) {
+        match runs.last_mut() {
+            Some((_, last, worst)) if w.first_pose <= *last => {
+                (*last, *worst) = (w.last_pose, w.score.max(*worst));
+            }
+            _ => runs.push((w.first_pose, w.last_pose, w.score)),
+        }
+    }
+    let segment = |(first, last, worst_score)| Segment {
+        place: Place::new(log, first, last),
+        worst_score,
+    };
+    runs.into_iter().map(segment).collect()
 }
 
 /// Poses apart by no more than this are one run.
 const SPAN_GAP: usize = 4;
 
 pub(super) fn pose_spans(
-    stamps: &[i64],
+    log: &Trajectory,
     segments: &[Segment],
     poses: &PoseScores,
 ) -> Vec<PoseSpan> {
     let Some(threshold) = poses.threshold else {
         return Vec::new();
     };
-    let time = |pose: usize| seconds(stamps, stamps[pose]);
-    let mut spans: Vec<PoseSpan> = Vec::new();
+    // First and last pose, and the worst one with its score.
+    let mut runs: Vec<(usize, usize, usize, Score)> = Vec::new();
     for segment in segments {
         let mut last: Option<usize> = None;
-        let scores = poses.scores.iter().enumerate().take(segment.last_pose + 1);
-        for (pose, score) in scores.skip(segment.first_pose) {
-            let Some(score) = score.filter(|s| *s > threshold) else {
+        let within = segment.place.first_pose..=segment.place.last_pose;
+        for pose in within {
+            let Some(score) = poses.scores[pose].filter(|s| *s > threshold) else {
                 continue;
             };
-            match (last, spans.last_mut()) {
-                (Some(last), Some(span)) if pose - last <= SPAN_GAP => {
-                    span.last_pose = pose;
-                    span.end_s = time(pose);
-                    if score > span.worst_score {
-                        (span.worst_pose, span.worst_score) = (pose, score);
+            match (last, runs.last_mut()) {
+                (Some(before), Some(run)) if pose - before <= SPAN_GAP => {
+                    run.1 = pose;
+                    if score > run.3 {
+                        (run.2, run.3) = (pose, score);
                     }
                 }
-                _ => spans.push(PoseSpan {
-                    first_pose: pose,
-                    last_pose: pose,
-                    start_s: time(pose),
-                    end_s: time(pose),
-                    worst_pose: pose,
-                    worst_score: score,
-                }),
+                _ => runs.push((pose, pose, pose, score)),
             }
             last = Some(pose);
         }
     }
+    let span = |(first, last, worst_pose, worst_score)| PoseSpan {
+        place: Place::new(log, first, last),
+        worst_pose,
+        worst_score,
+    };
+    let mut spans: Vec<PoseSpan> = runs.into_iter().map(span).collect();
     spans.sort_by_key(|span| std::cmp::Reverse(span.worst_score));
     spans
 }
@@ -149,17 +167,23 @@ pub(super) fn pose_spans(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dose3_datasets::synthetic;
 
     #[test]
     fn overlapping_windows_are_one_segment_and_near_poses_one_span() {
-        let stamps: Vec<i64> = (0..100).map(|i| 5_000 + i * 100_000_000).collect();
+        let log = synthetic::trajectory(synthetic::Platform::Vehicle, 1, 100, 10.0);
         let window = |start, score| {
             let window = Window {
                 trajectory: 0,
                 start,
                 length: 20,
             };
-            WindowReport::new(&window, &stamps, (Score::new(score), 0.5), Score::new(1.0))
+            WindowReport::new(
+                &window,
+                &log.stamps,
+                (Score::new(score), 0.5),
+                Score::new(1.0),
+            )
         };
         let windows = [
             window(0, 0.5),
@@ -167,12 +191,13 @@ mod tests {
             window(20, 3.0),
             window(60, 1.5),
         ];
-        let found = segments(&stamps, &windows);
+        let found = segments(&log, &windows);
         assert_eq!(found.len(), 2);
-        let first = &found[0];
+        let first = &found[0].place;
         assert_eq!((first.first_pose, first.last_pose), (10, 39));
         assert!((first.start_s - 1.0).abs() < 1e-12 && (first.end_s - 3.9).abs() < 1e-12);
-        assert_eq!(first.worst_score, Score::new(3.0));
+        assert_eq!((first.first_row, first.last_row), (10, 39));
+        assert_eq!(found[0].worst_score, Score::new(3.0));
         let mut poses = PoseScores {
             threshold: Some(Score::new(1.0)),
             scores: vec![Some(Score::new(0.0)); 100],
@@ -180,14 +205,14 @@ mod tests {
         for (pose, score) in [(5, 9.0), (12, 1.5), (16, 2.0), (22, 1.2), (61, 4.0)] {
             poses.scores[pose] = Some(Score::new(score));
         }
-        let spans = pose_spans(&stamps, &found, &poses);
+        let spans = pose_spans(&log, &found, &poses);
         let all: Vec<_> = spans
             .iter()
-            .map(|s| (s.first_pose, s.last_pose, s.worst_pose))
+            .map(|s| (s.place.first_pose, s.place.last_pose, s.worst_pose))
             .collect();
         // Pose 5 lies in no segment; 16 and 22 are more than four apart.
         assert_eq!(all, [(61, 61, 61), (12, 16, 16), (22, 22, 22)]);
         poses.threshold = None;
-        assert!(pose_spans(&stamps, &found, &poses).is_empty());
+        assert!(pose_spans(&log, &found, &poses).is_empty());
     }
 }

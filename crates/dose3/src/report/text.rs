@@ -1,7 +1,8 @@
 //! A report in plain words.
 
-use super::Report;
+use super::{Place, Report};
 use dose3_ood::Verdict;
+use dose3_ood::detector::Evidence;
 use std::fmt;
 
 /// Segments and runs of poses that are shown.
@@ -20,6 +21,7 @@ impl fmt::Display for Report {
         writeln!(f, "{:<24} {verdict}", self.log.name)?;
         self.write_evidence(f)?;
         self.write_places(f)?;
+        self.write_whole(f)?;
         if self.evidence.beyond > 0 {
             for (i, reason) in self.reasons.iter().take(REASONS).enumerate() {
                 writeln!(
@@ -42,44 +44,127 @@ impl fmt::Display for Report {
 impl Report {
     fn write_evidence(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let e = &self.evidence;
+        let deciding = e.deciding();
+        let like = match e.basis.groups {
+            1 => "the one trusted log".to_owned(),
+            n => format!("your {n} trusted logs"),
+        };
+        let what = match &deciding.evidence {
+            Evidence::Run(run) => {
+                let (first, last) = (&self.windows[run.first], &self.windows[run.last]);
+                let (windows, poses) =
+                    (run.last + 1 - run.first, last.last_pose - first.first_pose);
+                match windows {
+                    1 => format!("its most unusual window, {} poses", poses + 1),
+                    n => format!("its most unusual run of {n} windows, {} poses", poses + 1),
+                }
+            }
+            Evidence::Finding(sentence) => sentence.clone(),
+        };
+        let chance = chance(e.p_value);
+        writeln!(f, "  decided by  {what} ({})", deciding.name)?;
         writeln!(
             f,
-            "  decided by  {}: chance {:.2e} in a log like the trusted ones, alpha {}",
-            e.deciding().name,
-            e.p_value,
+            "  chance      {chance} of this in a log like {like}, called at {} or less",
             e.alpha
         )?;
-        let groups = match e.basis.groups {
-            1 => "1 trusted log".to_owned(),
-            n => format!("{n} trusted logs"),
-        };
+        self.write_basis(f)?;
         writeln!(
             f,
-            "  rests on    a tail fitted to {} trusted windows; without a model {groups} can only say \
-             {:.3}",
-            e.basis.windows, e.basis.smallest_rank_p
-        )?;
-        writeln!(
-            f,
-            "  windows     {} of {} beyond {:.2}; mean score {:.2}; {:.2} times a trusted extreme",
+            "  how far     {}; {} of {} windows beyond {:.2}; mean score {:.2}",
+            match e.excess {
+                x if x < 0.1 => "no farther than usual".to_owned(),
+                x => format!("{x:.1} times a trusted extreme"),
+            },
             e.beyond,
             e.windows,
             e.threshold.value(),
             e.mean_score.value(),
-            e.excess
         )
+    }
+
+    fn write_basis(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let basis = &self.evidence.basis;
+        let groups = match basis.groups {
+            1 => "1 log".to_owned(),
+            n => format!("{n} logs"),
+        };
+        let alone = format!("{groups} alone could only say {:.3}", basis.smallest_rank_p);
+        match basis.tail {
+            true => writeln!(
+                f,
+                "  rests on    a tail fitted to {} trusted windows; {alone}",
+                basis.windows
+            )?,
+            false if self.evidence.deciding().run().is_some() => {
+                writeln!(
+                    f,
+                    "  rests on    ranks among {} trusted windows",
+                    basis.windows
+                )?;
+            }
+            false => writeln!(f, "  rests on    {groups}")?,
+        }
+        let measured: Vec<String> = basis
+            .measured_alarms()
+            .iter()
+            .map(|m| format!("{} of {} ({})", m.called, m.pieces, m.data))
+            .collect();
+        if basis.groups <= 2 {
+            let (so_few, said) = match basis.groups {
+                1 => ("one trusted log", "says only like or unlike it"),
+                _ => ("two trusted logs", "is provisional"),
+            };
+            writeln!(
+                f,
+                "  few logs    with {so_few} the verdict {said}: so few called sound logs of other recordings \
+                 {}; trust more logs",
+                measured.join(", ")
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Rows of the file as it counts them, with stamps where there are any.
+    fn place(&self, place: &Place) -> String {
+        let stamps = match (&place.first_stamp, &place.last_stamp) {
+            (Some(first), Some(last)) if first != last => format!(", stamps {first} to {last}"),
+            _ => String::new(),
+        };
+        format!(
+            "{}s {} to {} ({:.1} s to {:.1} s{stamps})",
+            self.log.row_kind, place.first_row, place.last_row, place.start_s, place.end_s
+        )
+    }
+
+    fn write_whole(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let events = self.whole.timing.iter().flat_map(|timing| &timing.events);
+        for (i, event) in events.take(SHOWN).enumerate() {
+            writeln!(f, "  {:<11} {event}", if i == 0 { "timing" } else { "" })?;
+        }
+        // A calibration as unusual as one trusted log in twenty is worth knowing, called or not.
+        if let Some(finding) = self.whole.calibration.as_ref().filter(|c| c.chance <= 0.05) {
+            let sentence = finding.sentence(self.log.named_axes);
+            let called = match finding.called {
+                true => String::new(),
+                false => ", not called: trusted logs differ as much".to_owned(),
+            };
+            writeln!(
+                f,
+                "  calibration {sentence} (chance {}{called})",
+                chance(finding.chance)
+            )?;
+        }
+        Ok(())
     }
 
     fn write_places(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, s) in self.segments.iter().take(SHOWN).enumerate() {
             writeln!(
                 f,
-                "  {:<11} poses {} to {} ({:.1} s to {:.1} s), worst score {:.2}",
+                "  {:<11} {}, worst score {:.2}",
                 if i == 0 { "where" } else { "" },
-                s.first_pose,
-                s.last_pose,
-                s.start_s,
-                s.end_s,
+                self.place(&s.place),
                 s.worst_score.value()
             )?;
         }
@@ -91,17 +176,21 @@ impl Report {
         for (i, s) in self.pose_spans.iter().take(SHOWN).enumerate() {
             writeln!(
                 f,
-                "  {:<11} {} to {} ({:.1} s to {:.1} s), pose {} the most ({:.1} times a trusted \
-                 extreme)",
+                "  {:<11} {}, {:.1} times a trusted extreme",
                 if i == 0 { "poses" } else { "" },
-                s.first_pose,
-                s.last_pose,
-                s.start_s,
-                s.end_s,
-                s.worst_pose,
+                self.place(&s.place),
                 s.worst_score.value()
             )?;
         }
         Ok(())
+    }
+}
+
+/// A chance in digits that people read: `0.43`, `0.0012`, `3e-7`.
+fn chance(p: f64) -> String {
+    match p {
+        p if p >= 0.0095 => format!("{p:.2}"),
+        p if p >= 0.000_095 => format!("{p:.4}"),
+        p => format!("{p:.0e}"),
     }
 }
