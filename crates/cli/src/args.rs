@@ -2,7 +2,7 @@
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use dose3::backend::Backend;
-use dose3_datasets::{Format, Frame, Kind};
+use dose3_datasets::{Format, Frame, GroupBy, Kind};
 use dose3_diffusion::NoiseSharing;
 use std::path::PathBuf;
 
@@ -185,19 +185,42 @@ pub struct Fit {
     #[arg(long, value_name = "FILE|NAME", default_value = "motion")]
     pub model: PathBuf,
     /// Files or folders with trusted logs
-    #[arg(long, required = true, num_args = 1.., value_name = "PATH")]
+    #[arg(long, required_unless_present = "list", num_args = 1.., value_name = "PATH")]
     pub trusted: Vec<PathBuf>,
+    /// A csv file with a column `path` (from the list's own folder on) and, where wanted, a column
+    /// `group`: more trusted logs
+    #[arg(long, value_name = "FILE")]
+    pub list: Option<PathBuf>,
+    /// Which logs count as one, because they are runs of one route or parts of one recording: `folder`,
+    /// or a pattern of file names with {} for the group's name, such as '{}_run*'
+    #[arg(long, value_name = "HOW")]
+    pub group: Option<GroupBy>,
+    /// Trusted logs count as they are named, even where they share a recording
+    #[arg(long)]
+    pub no_overlap: bool,
     /// Detector file to write
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
-    /// Statistics, joined by + for one density and by commas for a density each (default: the best
-    /// measured for a motion model, `paper24` for a paper model)
+    /// Statistics, joined by + for one density, by commas for a density each, by / for a test of their own
+    /// with a share of alpha (default: the best measured for a motion model, `paper24` for a paper model)
     #[arg(long, value_name = "SET")]
     pub statistics: Option<String>,
     /// How several densities become one score: joint, fisher, harmonic-mean, maximum (default:
     /// fisher where the statistics have commas, else joint)
     #[arg(long, value_name = "NAME")]
     pub combination: Option<String>,
+    /// Shares of alpha of the tests, which sum to 1 (default: equal ones)
+    #[arg(long, value_name = "SHARE", value_delimiter = ',')]
+    pub shares: Option<Vec<f64>>,
+    /// Do not compare the stamps of logs
+    #[arg(long)]
+    pub no_timing: bool,
+    /// Do not ask whether position and attitude belong together
+    #[arg(long)]
+    pub no_calibration: bool,
+    /// Keep trusted logs that are unlike the others among what new logs are compared with
+    #[arg(long)]
+    pub keep_all: bool,
     /// Density over them: mixture[:N|:auto][:diagonal], kernel[:WIDTH], neighbours[:K]
     #[arg(long, value_name = "DENSITY", default_value = "mixture")]
     pub density: String,
@@ -263,6 +286,10 @@ pub struct Score {
     /// Share of trusted logs that may be rejected (default: the detector's)
     #[arg(long)]
     pub alpha: Option<f64>,
+    /// Say as well which logs differ if of those called at most this share may be false alarms
+    /// (Benjamini and Hochberg)
+    #[arg(long, value_name = "SHARE")]
+    pub fdr: Option<f64>,
     #[command(flatten)]
     pub reading: Reading,
     #[command(flatten)]

@@ -4,6 +4,7 @@
 mod args;
 mod commands;
 mod explain;
+mod list;
 
 use clap::Parser;
 use std::process::ExitCode;

@@ -3,8 +3,10 @@
 use super::{Bar, check_output, computing, count, model, progress, read_options, say};
 use crate::args::Fit;
 use crate::explain::with_flag;
+use crate::list;
 use anyhow::Result;
-use dose3::{Detector, FitOptions, logs};
+use dose3::datasets::make_unique;
+use dose3::{Detector, FitOptions, Trajectory, logs};
 
 pub fn run(args: &Fit) -> Result<()> {
     check_output(&args.out)?;
@@ -12,6 +14,11 @@ pub fn run(args: &Fit) -> Result<()> {
         statistics: args.statistics.as_deref().map(str::parse).transpose()?,
         density: args.density.parse()?,
         combination: args.combination.as_deref().map(str::parse).transpose()?,
+        shares: args.shares.clone(),
+        join_overlapping: !args.no_overlap,
+        timing: !args.no_timing,
+        calibration: !args.no_calibration,
+        keep_all: args.keep_all,
         alpha: args.alpha,
         stride: args.stride,
         steps: args.steps,
@@ -23,7 +30,7 @@ pub fn run(args: &Fit) -> Result<()> {
         .model(model(&args.model)?)
         .options(options)
         .computing(computing(&args.computing));
-    let trusted = logs::read(&args.trusted, &read_options(&args.reading))?;
+    let trusted = trusted(args)?;
     let mut bar = Bar(progress(0, "statistics")?);
     let fitted = builder.run(&trusted, &mut bar)?;
     bar.0.finish_and_clear();
@@ -43,4 +50,18 @@ pub fn run(args: &Fit) -> Result<()> {
     ));
     say(&format!("wrote {}", args.out.display()));
     Ok(())
+}
+
+/// The logs that paths and list name, in the groups that the user wants.
+fn trusted(args: &Fit) -> Result<Vec<Trajectory>> {
+    let options = read_options(&args.reading);
+    let mut logs = logs::read(&args.trusted, &options)?;
+    if let Some(group) = &args.group {
+        group.apply(&mut logs)?;
+    }
+    if let Some(list) = &args.list {
+        logs.extend(list::read(list, &options)?);
+        make_unique(&mut logs);
+    }
+    Ok(logs)
 }

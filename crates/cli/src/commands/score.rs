@@ -5,6 +5,7 @@ use crate::args::Score;
 use crate::explain::explain;
 use anyhow::{Result, bail};
 use dose3::logs::read_each;
+use dose3::ood::fdr::benjamini_hochberg;
 use dose3::{Detector, JudgeOptions, Report, Trajectory};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -32,6 +33,9 @@ pub fn run(args: &Score) -> Result<u8> {
     if let Some(alpha) = args.alpha.filter(|a| !(*a > 0.0 && *a < 1.0)) {
         bail!("--alpha {alpha}: expected a share between 0 and 1");
     }
+    if let Some(level) = args.fdr.filter(|l| !(*l > 0.0 && *l < 1.0)) {
+        bail!("--fdr {level}: expected a share between 0 and 1");
+    }
     let detector = Detector::load(&args.detector)?.on(computing(&args.computing));
     let (mut reports, mut failures) = (Vec::new(), Vec::new());
     for (path, log) in read_each(&args.logs, &read_options(&args.reading))? {
@@ -57,6 +61,24 @@ pub fn run(args: &Score) -> Result<u8> {
             logs: &reports,
             errors: &failures,
         })?;
+    }
+    if let Some(level) = args.fdr {
+        let chances: Vec<f64> = reports.iter().map(|r| r.evidence.p_value).collect();
+        let differ = benjamini_hochberg(&chances, level);
+        let names: Vec<&str> = reports
+            .iter()
+            .zip(&differ)
+            .filter(|(_, differs)| **differs)
+            .map(|(r, _)| r.log.name.as_str())
+            .collect();
+        say(&format!(
+            "{} of {} out of distribution with at most {:.0} % of them false alarms{}{}",
+            names.len(),
+            count(reports.len(), "log"),
+            100.0 * level,
+            if names.is_empty() { "" } else { ": " },
+            names.join(", ")
+        ));
     }
     let ood = reports.iter().filter(|r| r.is_ood()).count();
     if reports.len() + failures.len() > 1 {
