@@ -25,6 +25,10 @@ pub(crate) fn detect_with(path: &Path, options: &LoadOptions) -> Result<Format, 
         if is_pose_folder(path) {
             return Ok(Format::Iros20Poses);
         }
+        #[cfg(feature = "recordings")]
+        if crate::recording::is_folder(path) {
+            return Ok(Format::Rosbag2);
+        }
         let hint = "give one log, or a folder of logs to a command that takes several";
         return Err(Error::input(path, Place::File, "a log", "a folder", hint));
     }
@@ -65,14 +69,8 @@ pub(crate) fn detect_bytes(
             Format::Npy
         });
     }
-    if bytes.starts_with(b"\x89MCAP") {
-        return Ok(Format::Mcap);
-    }
-    if bytes.starts_with(b"#ROSBAG V2") {
-        return Ok(Format::Bag);
-    }
-    if bytes.starts_with(b"SQLite format 3\0") {
-        return Ok(Format::Rosbag2);
+    if let Some(format) = recording(bytes) {
+        return Ok(format);
     }
     if let Some(found) = signature(bytes) {
         return Err(unknown(path, Place::File, found.name, found.hint));
@@ -88,6 +86,19 @@ pub(crate) fn detect_bytes(
         }
     }
     Ok(Layout::find(path, &text, options)?.format)
+}
+
+/// The recording that the first bytes of a file say.
+pub(crate) fn recording(bytes: &[u8]) -> Option<Format> {
+    if bytes.starts_with(b"\x89MCAP") {
+        Some(Format::Mcap)
+    } else if bytes.starts_with(b"#ROSBAG V2") {
+        Some(Format::Bag)
+    } else if bytes.starts_with(b"SQLite format 3\0") {
+        Some(Format::Rosbag2)
+    } else {
+        None
+    }
 }
 
 /// A sample without its last, probably cut line.

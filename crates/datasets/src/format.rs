@@ -94,6 +94,11 @@ impl Format {
         }
     }
 
+    /// True for recordings of many topics.
+    pub fn is_recording(self) -> bool {
+        matches!(self, Self::Mcap | Self::Bag | Self::Rosbag2)
+    }
+
     /// The body frame that the data set defines.
     pub fn frame(self) -> Frame {
         match self {

@@ -13,6 +13,8 @@ mod memory;
 mod naming;
 mod options;
 mod read;
+#[cfg(feature = "recordings")]
+mod recording;
 mod remark;
 mod report;
 mod represent;
@@ -35,6 +37,8 @@ pub use load::{Survey, discover, load, load_all, load_bytes, survey};
 pub use naming::{group_logs, make_unique};
 pub use options::LoadOptions;
 pub use read::columns::Columns;
+#[cfg(feature = "recordings")]
+pub use recording::{Chain, Contents, Topic, contents};
 pub use remark::{LostKind, LostSpan, ReadOption, Remark, RemarkKind};
 pub use report::LoadReport;
 pub use represent::{Kind, Representation, Scaling, WindowTensor};

@@ -44,7 +44,7 @@ pub struct Survey {
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
     let logs = discover(path, options)?;
     match logs.as_slice() {
-        [log] => load_file(log, options),
+        [log] => one(log, load_file(log, options)?),
         _ => {
             let first: Vec<String> = logs
                 .iter()
@@ -118,6 +118,12 @@ fn search(
         logs.push(folder.to_path_buf());
         return Ok(());
     }
+    #[cfg(feature = "recordings")]
+    if format.is_none_or(|format| format == Format::Rosbag2) && crate::recording::is_folder(folder)
+    {
+        logs.push(folder.to_path_buf());
+        return Ok(());
+    }
     for entry in fs::read_dir(folder).map_err(|source| Error::io(folder, source))? {
         let path = entry.map_err(|source| Error::io(folder, source))?.path();
         if path
@@ -184,7 +190,7 @@ pub fn load_all(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Trajecto
         for log in logs {
             // A log named twice, or by its folder and by itself, counts once.
             if seen.insert(fs::canonicalize(&log).unwrap_or_else(|_| log.clone())) {
-                trajectories.push(load_file(&log, options)?);
+                trajectories.extend(load_file(&log, options)?);
             }
         }
     }
@@ -200,7 +206,21 @@ pub fn load_all(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Trajecto
     Ok(trajectories)
 }
 
-fn load_file(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
+/// The only log of a file; a recording of which several topics were asked for has more.
+fn one(path: &Path, mut logs: Vec<Trajectory>) -> Result<Trajectory, Error> {
+    match (logs.pop(), logs.len()) {
+        (Some(log), 0) => Ok(log),
+        (_, more) => Err(Error::NotOneLog {
+            path: path.to_path_buf(),
+            found: more + 1,
+            names: String::new(),
+            hint: "name one of its topics",
+        }),
+    }
+}
+
+/// The logs of one file: one, but for a recording of which several topics were asked for.
+fn load_file(path: &Path, options: &LoadOptions) -> Result<Vec<Trajectory>, Error> {
     options.check()?;
     if path != Path::new(STANDARD_INPUT) && path.is_dir() {
         let format = match options.format {
@@ -208,9 +228,15 @@ fn load_file(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
             None => detect_with(path, options)?,
         };
         return match format {
-            Format::Iros20Poses => read::read_folder(path, options),
+            Format::Iros20Poses => Ok(vec![read::read_folder(path, options)?]),
+            #[cfg(feature = "recordings")]
+            Format::Rosbag2 => crate::recording::open(path, format)?.read(options),
             _ => Err(Error::io(path, std::io::ErrorKind::IsADirectory.into())),
         };
+    }
+    #[cfg(feature = "recordings")]
+    if let Some(format) = recording_file(path, options)? {
+        return crate::recording::open(path, format)?.read(options);
     }
     let mut bytes = Vec::new();
     // A pipe can be read once: the format is found in what was read.
@@ -221,6 +247,24 @@ fn load_file(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
     };
     read.map_err(|source| Error::io(path, source))?;
     parse(path, &bytes, options)
+}
+
+/// The format of a file that is a recording, which is not read into memory; `None` for anything else, pipes too.
+#[cfg(feature = "recordings")]
+fn recording_file(path: &Path, options: &LoadOptions) -> Result<Option<Format>, Error> {
+    let regular = path != Path::new(STANDARD_INPUT) && path.is_file();
+    if !regular || options.format.is_some_and(|format| !format.is_recording()) {
+        return Ok(None);
+    }
+    let mut head = Vec::new();
+    fs::File::open(path)
+        .and_then(|file| file.take(16).read_to_end(&mut head))
+        .map_err(|source| Error::io(path, source))?;
+    let found = crate::detect::recording(&head);
+    Ok(options
+        .format
+        .or(found)
+        .filter(|format| format.is_recording()))
 }
 
 /// Reads the one log in the bytes of a file, without a file system; `name` is what messages and the log's name say.
@@ -238,14 +282,20 @@ fn load_file(path: &Path, options: &LoadOptions) -> Result<Trajectory, Error> {
 /// ```
 pub fn load_bytes(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Trajectory, Error> {
     options.check()?;
-    parse(Path::new(name), bytes, options)
+    let path = Path::new(name);
+    one(path, parse(path, bytes, options)?)
 }
 
-fn parse(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Trajectory, Error> {
+fn parse(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Vec<Trajectory>, Error> {
     let bytes = read::unpack(path, bytes)?;
     let format = match options.format {
         Some(format) => format,
         None => detect_bytes(path, &bytes, true, options)?,
     };
-    read::read(path, &bytes, format, options.format.is_some(), options)
+    #[cfg(feature = "recordings")]
+    if format.is_recording() {
+        return crate::recording::Recording::from_bytes(path, &bytes, format)?.read(options);
+    }
+    let log = read::read(path, &bytes, format, options.format.is_some(), options)?;
+    Ok(vec![log])
 }

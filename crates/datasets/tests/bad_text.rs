@@ -466,7 +466,7 @@ fn other_files() -> Vec<Case> {
             "MCAP",
             "a.mcap",
             b"\x89MCAP0\r\n".to_vec(),
-            Fails("a.mcap", File, &["MCAP"]),
+            Fails("a.mcap", File, &["a topic of poses"]),
         ),
         case(
             "UTF-16",

@@ -293,3 +293,71 @@ fn field() {
         assert!(expected.contains(&per_step), "{name}: {per_step}");
     }
 }
+
+/// The same 300 odometry messages in every container and packing, and the transforms of a robot.
+#[test]
+fn bags() {
+    let Some(root) = data("bags") else { return };
+    let mut prints = std::collections::HashSet::new();
+    for entry in std::fs::read_dir(&root).unwrap() {
+        let path = entry.unwrap().path();
+        if path
+            .file_name()
+            .unwrap()
+            .to_string_lossy()
+            .starts_with("tf_")
+        {
+            let tf = Some(("odom".to_owned(), "base_link".to_owned()));
+            let options = LoadOptions {
+                tf,
+                ..LoadOptions::default()
+            };
+            let log = load(&path, &options).unwrap();
+            check(std::slice::from_ref(&log));
+            assert_eq!(log.frame, Frame::BodyFlu);
+            assert!((log.rate.hertz - 10.0).abs() < 0.5, "{}", log.rate);
+            continue;
+        }
+        let log = load(&path, &LoadOptions::default()).unwrap();
+        assert_eq!((log.len(), log.rate.hertz), (300, 10.0), "{path:?}");
+        assert!((log.distance() - 299.0).abs() < 1e-9);
+        prints.insert(log.fingerprint());
+    }
+    assert_eq!(prints.len(), 1);
+    let Some(formats) = data("formats") else {
+        return;
+    };
+    let path = formats.join("ros2_nav2_turtlebot.mcap");
+    let found = dose3_datasets::contents(&path, &LoadOptions::default());
+    let found = found.unwrap().unwrap();
+    let counts: Vec<_> = found
+        .topics
+        .iter()
+        .map(|topic| (topic.name.as_str(), topic.messages))
+        .collect();
+    assert_eq!(
+        counts[..2],
+        [("/amcl_pose", Some(135)), ("/odom", Some(2639))]
+    );
+    let options = LoadOptions {
+        topics: vec!["/odom".to_owned()],
+        ..LoadOptions::default()
+    };
+    let odom = load(&path, &options).unwrap();
+    let tf = Some(("odom".to_owned(), "base_link".to_owned()));
+    let options = LoadOptions {
+        tf,
+        ..LoadOptions::default()
+    };
+    let transforms = load(&path, &options).unwrap();
+    // The robot publishes its odometry both ways.
+    let mut same = 0;
+    for (stamp, pose) in odom.stamps.iter().zip(&odom.poses) {
+        if let Ok(at) = transforms.stamps.binary_search(stamp) {
+            let off = transforms.poses[at].translation - pose.translation;
+            assert!(off.norm() < 1e-6, "{stamp}: {off}");
+            same += 1;
+        }
+    }
+    assert!(same > 1000, "{same}");
+}

@@ -7,6 +7,8 @@ use dose3_lie::{Matrix, Pose, ProjectionError, Rotation, Vector, so3};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::plausible;
+#[cfg(feature = "recordings")]
+use super::table::check_coordinate;
 use crate::error::Place;
 use crate::{
     Error, Format, LoadOptions, LoadReport, LostKind, LostSpan, Rate, RateSource, ReadOption,
@@ -67,6 +69,18 @@ impl<'a> Collector<'a> {
     /// The file has stamps, in this unit.
     pub fn stamps_in(&mut self, unit: StampUnit) {
         self.stamp_unit = Some(unit);
+    }
+
+    /// The stamps of the file say nothing.
+    #[cfg(feature = "recordings")]
+    pub fn have_no_stamps(&mut self) {
+        self.stamp_unit = None;
+    }
+
+    /// Refuses a coordinate that no log has.
+    #[cfg(feature = "recordings")]
+    pub fn check_coordinate(&self, place: Place, value: f64) -> Result<(), Error> {
+        check_coordinate(self.path, place, value)
     }
 
     /// What the rows of this file are.

@@ -23,12 +23,16 @@ use crate::error::Place;
 use crate::{Error, Format, LoadOptions, Trajectory};
 
 pub(crate) use arrays::is_stream;
+#[cfg(feature = "recordings")]
+pub(crate) use collect::Collector;
 pub(crate) use collect::euler_rotation;
 pub(crate) use graphs::detect as detect_graph;
 pub(crate) use iros20::{frame_files, read_folder};
 pub(crate) use layout::{Layout, unknown};
 pub(crate) use npy::write_4x4;
 pub(crate) use text::{Text, signature};
+#[cfg(feature = "recordings")]
+pub(crate) use unpack::limit as unpack_limit;
 pub(crate) use unpack::unpack;
 
 /// Reads the one log in the unpacked bytes of a file; `named` where the user said the format.

@@ -7,9 +7,12 @@ use crate::Error;
 use crate::error::Place;
 
 /// What a compressed file may become, bytes: a pose log of 100 million poses.
+#[cfg(feature = "compression")]
 const LARGEST: u64 = 4 << 30;
 /// ... and how many times its size, beyond the first 64 MiB.
+#[cfg(feature = "compression")]
 const LARGEST_RATIO: u64 = 2000;
+#[cfg(feature = "compression")]
 const FREE: u64 = 64 << 20;
 
 /// The content of a file, unpacked where it is gzip or zstd.
@@ -24,6 +27,7 @@ pub(crate) fn unpack<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, 
 }
 
 /// Bytes that `packed` bytes may become.
+#[cfg(feature = "compression")]
 pub(crate) fn limit(packed: usize) -> u64 {
     (FREE + packed as u64 * LARGEST_RATIO).min(LARGEST)
 }

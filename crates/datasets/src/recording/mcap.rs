@@ -1,0 +1,384 @@
+//! MCAP (<https://mcap.dev/spec>): records with a code and a length, chunks of them packed, an index at the end.
+
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
+
+use super::container::{Channel, Encoding, Fault, Visitor, plain_kind, unpack};
+use super::data::{Cursor, Data};
+
+const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+/// A footer record and the magic number behind it.
+const TAIL: u64 = 9 + 20 + 8;
+/// Code and length of a record.
+const RECORD: u64 = 9;
+/// Longest record other than messages, chunks and attachments.
+const LONGEST: u64 = 64 << 20;
+
+mod code {
+    pub const FOOTER: u8 = 0x02;
+    pub const SCHEMA: u8 = 0x03;
+    pub const CHANNEL: u8 = 0x04;
+    pub const MESSAGE: u8 = 0x05;
+    pub const CHUNK: u8 = 0x06;
+    pub const CHUNK_INDEX: u8 = 0x08;
+    pub const STATISTICS: u8 = 0x0b;
+    pub const DATA_END: u8 = 0x0f;
+}
+
+/// An open file.
+pub(crate) struct Mcap<'a> {
+    data: Data<'a>,
+    pub channels: Vec<Channel>,
+    pub damage: Option<String>,
+    chunks: Vec<Chunk>,
+}
+
+/// A chunk as the index tells it.
+struct Chunk {
+    offset: u64,
+    channels: Vec<u32>,
+}
+
+#[derive(Default)]
+struct Names {
+    schemas: HashMap<u16, (String, String)>,
+    channels: Vec<(u16, u16, String, String)>,
+    counts: HashMap<u16, u64>,
+}
+
+impl Names {
+    fn schema(&mut self, content: &[u8]) -> Option<()> {
+        let mut cursor = Cursor(content);
+        let id = cursor.u16()?;
+        self.schemas.insert(id, (cursor.text()?, cursor.text()?));
+        Some(())
+    }
+
+    fn channel(&mut self, content: &[u8]) -> Option<()> {
+        let mut cursor = Cursor(content);
+        let (id, schema) = (cursor.u16()?, cursor.u16()?);
+        let channel = (id, schema, cursor.text()?, cursor.text()?);
+        if self.channels.iter().all(|(known, ..)| *known != id) {
+            self.channels.push(channel);
+        }
+        Some(())
+    }
+
+    fn statistics(&mut self, content: &[u8]) -> Option<()> {
+        let mut cursor = Cursor(content);
+        cursor.take(8 + 2 + 4 + 4 + 4 + 4 + 8 + 8)?;
+        let mut counts = Cursor(cursor.block()?);
+        while let (Some(channel), Some(count)) = (counts.u16(), counts.u64()) {
+            self.counts.insert(channel, count);
+        }
+        Some(())
+    }
+
+    fn build(&self) -> Vec<Channel> {
+        let channel = |(id, schema, topic, encoding): &(u16, u16, String, String)| {
+            let kind = self.schemas.get(schema).map_or("", |(name, _)| name);
+            Channel {
+                id: u32::from(*id),
+                topic: topic.clone(),
+                kind: plain_kind(kind),
+                encoding: match encoding.as_str() {
+                    "ros1" => Encoding::Ros1,
+                    "cdr" => Encoding::Cdr,
+                    _ => Encoding::Other,
+                },
+                messages: self.counts.get(id).copied(),
+            }
+        };
+        self.channels.iter().map(channel).collect()
+    }
+}
+
+impl<'a> Mcap<'a> {
+    pub fn open(data: Data<'a>) -> Result<Self, Fault> {
+        if data.read(0, MAGIC.len() as u64)?.as_ref() != MAGIC {
+            return Err(Fault::Damaged("another version of MCAP".to_owned()));
+        }
+        let mut mcap = Self {
+            data,
+            channels: Vec::new(),
+            damage: None,
+            chunks: Vec::new(),
+        };
+        if !mcap.read_summary().unwrap_or(false) {
+            mcap.scan();
+        }
+        Ok(mcap)
+    }
+
+    /// Reads the index at the end; false where there is none that tells all.
+    fn read_summary(&mut self) -> Result<bool, Fault> {
+        let length = self.data.len();
+        let Some(tail) = length.checked_sub(TAIL) else {
+            return Ok(false);
+        };
+        let bytes = self.data.read(tail, TAIL)?;
+        if bytes[0] != code::FOOTER || &bytes[29..] != MAGIC {
+            return Ok(false);
+        }
+        let start = Cursor(&bytes[9..]).u64().unwrap_or(0);
+        if start == 0 || start > tail {
+            return Ok(false);
+        }
+        let (mut names, mut chunks) = (Names::default(), Vec::new());
+        let whole = walk(&self.data, start..tail, &mut |code, body| {
+            if [
+                code::SCHEMA,
+                code::CHANNEL,
+                code::CHUNK_INDEX,
+                code::STATISTICS,
+            ]
+            .contains(&code)
+            {
+                let content = body.all()?;
+                match code {
+                    code::SCHEMA => names.schema(&content),
+                    code::CHANNEL => names.channel(&content),
+                    code::STATISTICS => names.statistics(&content),
+                    _ => chunk_index(&content).map(|chunk| chunks.push(chunk)),
+                }
+                .ok_or_else(|| Fault::Damaged("a damaged index".to_owned()))?;
+            }
+            Ok(())
+        });
+        if whole.is_err() || names.channels.is_empty() || chunks.is_empty() {
+            return Ok(false);
+        }
+        self.channels = names.build();
+        self.chunks = chunks;
+        Ok(true)
+    }
+
+    /// Goes through all records, for a file without an index; what cannot be read is said.
+    fn scan(&mut self) {
+        let mut names = Names::default();
+        let mut counts: HashMap<u16, u64> = HashMap::new();
+        let result = self.walk_all(&mut |code, body| {
+            match code {
+                code::SCHEMA => {
+                    names.schema(&body.all()?);
+                }
+                code::CHANNEL => {
+                    names.channel(&body.all()?);
+                }
+                code::MESSAGE => {
+                    let front = body.front(2)?;
+                    *counts.entry(Cursor(&front).u16().unwrap_or(0)).or_default() += 1;
+                }
+                _ => {}
+            }
+            Ok(())
+        });
+        self.damage = match result {
+            Ok(true) => None,
+            Ok(false) => Some("the recording ends without its end mark".to_owned()),
+            Err(Fault::Damaged(found) | Fault::Io(found)) => {
+                Some(format!("the recording breaks off: {found}"))
+            }
+            Err(Fault::Stop) => None,
+        };
+        names.counts = counts;
+        self.channels = names.build();
+    }
+
+    /// All records of the data section, those of chunks too; true where it has an end mark.
+    fn walk_all(&self, visit: &mut RecordVisitor<'_>) -> Result<bool, Fault> {
+        let mut ended = false;
+        let end = self.data.len();
+        walk(&self.data, MAGIC.len() as u64..end, &mut |code, body| {
+            match code {
+                code::DATA_END | code::FOOTER => {
+                    ended = true;
+                    return Err(Fault::Stop);
+                }
+                code::CHUNK => walk_chunk(body, visit)?,
+                _ => visit(code, body)?,
+            }
+            Ok(())
+        })
+        .or_else(|fault| {
+            if fault == Fault::Stop && ended {
+                Ok(())
+            } else {
+                Err(fault)
+            }
+        })?;
+        Ok(ended)
+    }
+
+    pub fn messages(&self, wanted: &HashSet<u32>, visit: &mut Visitor<'_>) -> Result<(), Fault> {
+        let mut take = |code: u8, body: &Body<'_, '_>| {
+            if code != code::MESSAGE {
+                return Ok(());
+            }
+            let front = body.front(22)?;
+            let mut cursor = Cursor(&front);
+            let (Some(channel), Some(_), Some(time)) = (cursor.u16(), cursor.u32(), cursor.u64())
+            else {
+                return Err(Fault::Damaged("a message shorter than its head".to_owned()));
+            };
+            if !wanted.contains(&u32::from(channel)) {
+                return Ok(());
+            }
+            let content = body.from(22)?;
+            visit(
+                u32::from(channel),
+                i64::try_from(time).unwrap_or(i64::MAX),
+                &content,
+            )
+        };
+        if self.chunks.is_empty() {
+            return match self.walk_all(&mut take) {
+                // Said when the file was opened.
+                Err(Fault::Damaged(_)) if self.damage.is_some() => Ok(()),
+                result => result.map(|_| ()),
+            };
+        }
+        for chunk in &self.chunks {
+            // A chunk without an index of its messages may hold any.
+            if chunk.channels.is_empty()
+                || chunk
+                    .channels
+                    .iter()
+                    .any(|channel| wanted.contains(channel))
+            {
+                let range = chunk.offset..self.data.len();
+                let (code, body) = record(&self.data, &range)?;
+                if code != code::CHUNK {
+                    return Err(Fault::Damaged(
+                        "an index that points to no chunk".to_owned(),
+                    ));
+                }
+                walk_chunk(&body, &mut take)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn chunk_index(content: &[u8]) -> Option<Chunk> {
+    let mut cursor = Cursor(content);
+    cursor.take(16)?;
+    let offset = cursor.u64()?;
+    cursor.take(8)?;
+    let mut entries = Cursor(cursor.block()?);
+    let mut channels = Vec::new();
+    while let (Some(channel), Some(_)) = (entries.u16(), entries.u64()) {
+        channels.push(u32::from(channel));
+    }
+    Some(Chunk { offset, channels })
+}
+
+/// The content of a record, still where it lies.
+struct Body<'d, 'a> {
+    data: &'d Data<'a>,
+    range: Range<u64>,
+}
+
+type RecordVisitor<'v> = dyn FnMut(u8, &Body<'_, '_>) -> Result<(), Fault> + 'v;
+
+impl Body<'_, '_> {
+    fn length(&self) -> u64 {
+        self.range.end - self.range.start
+    }
+
+    fn all(&self) -> Result<std::borrow::Cow<'_, [u8]>, Fault> {
+        if self.length() > LONGEST {
+            return Err(Fault::Damaged(format!(
+                "a record of {} bytes",
+                self.length()
+            )));
+        }
+        Ok(self.data.read(self.range.start, self.length())?)
+    }
+
+    fn front(&self, length: u64) -> Result<std::borrow::Cow<'_, [u8]>, Fault> {
+        Ok(self.data.read_up_to(&self.range, length)?)
+    }
+
+    fn from(&self, skip: u64) -> Result<std::borrow::Cow<'_, [u8]>, Fault> {
+        let start = self.range.start + skip;
+        Ok(self
+            .data
+            .read(start, self.range.end.saturating_sub(start))?)
+    }
+}
+
+/// The record at the front of a range.
+fn record<'d, 'a>(data: &'d Data<'a>, range: &Range<u64>) -> Result<(u8, Body<'d, 'a>), Fault> {
+    let head = data.read_up_to(range, RECORD)?;
+    let mut cursor = Cursor(&head);
+    let (Some(code), Some(length)) = (cursor.u8(), cursor.u64()) else {
+        return Err(Fault::Damaged(
+            "the end of the file within a record".to_owned(),
+        ));
+    };
+    let start = range.start + RECORD;
+    let end = start.checked_add(length).filter(|end| *end <= range.end);
+    let end =
+        end.ok_or_else(|| Fault::Damaged("the end of the file within a record".to_owned()))?;
+    Ok((
+        code,
+        Body {
+            data,
+            range: start..end,
+        },
+    ))
+}
+
+fn walk(
+    data: &Data<'_>,
+    mut range: Range<u64>,
+    visit: &mut RecordVisitor<'_>,
+) -> Result<(), Fault> {
+    while range.start < range.end {
+        // What lies behind a footer is the magic number.
+        if range.end - range.start < RECORD {
+            return Err(Fault::Damaged(
+                "the end of the file within a record".to_owned(),
+            ));
+        }
+        // A chunk cut off at the end of the file: its whole messages can still be had where it is not packed.
+        let (code, body) = match record(data, &range) {
+            Ok(found) => found,
+            Err(fault) => {
+                if data.read_up_to(&range, 1)?.first() == Some(&code::CHUNK) {
+                    let cut = Body {
+                        data,
+                        range: range.start + RECORD..range.end,
+                    };
+                    walk_chunk(&cut, visit)?;
+                }
+                return Err(fault);
+            }
+        };
+        range.start = body.range.end;
+        visit(code, &body)?;
+    }
+    Ok(())
+}
+
+/// The records of a chunk.
+fn walk_chunk(body: &Body<'_, '_>, visit: &mut RecordVisitor<'_>) -> Result<(), Fault> {
+    const FIXED: u64 = 8 + 8 + 8 + 4;
+    let damaged = || Fault::Damaged("a damaged chunk".to_owned());
+    let head = body.front(FIXED + 4 + 16 + 8)?;
+    let mut cursor = Cursor(&head);
+    cursor.take(16).ok_or_else(damaged)?;
+    let size = cursor.u64().ok_or_else(damaged)?;
+    cursor.take(4).ok_or_else(damaged)?;
+    let compression = cursor.text().ok_or_else(damaged)?;
+    let length = cursor.u64().ok_or_else(damaged)?;
+    let start = body.range.start + FIXED + 4 + compression.len() as u64 + 8;
+    let end = start.saturating_add(length).min(body.range.end);
+    if compression.is_empty() {
+        return walk(body.data, start..end, visit);
+    }
+    let packed = body.data.read(start, end.saturating_sub(start))?;
+    let records = unpack(&packed, &compression, Some(size))?;
+    walk(&Data::Bytes(&records), 0..records.len() as u64, visit)
+}
