@@ -34,18 +34,19 @@ pub fn cross_fit(
         rows,
         logs,
         &plan,
-        |rows, logs| DensityModel::fit(rows, logs, &config),
+        |rows, logs, _| DensityModel::fit(rows, logs, &config),
         |model, row| model.score(row),
     )?;
     Ok(CrossFit { scores, plan })
 }
 
-/// For every row, what `score` says of it by a model that `fit` made without its fold.
+/// For every row, what `score` says of it by a model that `fit` made without its fold: from the other
+/// rows, their logs and their indices.
 pub(crate) fn held_out<M: Sync, S: Send>(
     rows: &[Vec<f64>],
     logs: &[usize],
     plan: &FoldPlan,
-    fit: impl Fn(&[Vec<f64>], &[usize]) -> Result<M, Error> + Sync,
+    fit: impl Fn(&[Vec<f64>], &[usize], &[usize]) -> Result<M, Error> + Sync,
     score: impl Fn(&M, &[f64]) -> Result<S, Error> + Sync,
 ) -> Result<Vec<S>, Error> {
     expect_table("trusted rows", rows)?;
@@ -56,7 +57,7 @@ pub(crate) fn held_out<M: Sync, S: Send>(
             let train = plan.train(fold);
             let train_rows: Vec<Vec<f64>> = train.iter().map(|&i| rows[i].clone()).collect();
             let train_logs: Vec<usize> = train.iter().map(|&i| logs[i]).collect();
-            let model = fit(&train_rows, &train_logs)?;
+            let model = fit(&train_rows, &train_logs, &train)?;
             let held_out = plan.held_out(fold).into_par_iter();
             held_out
                 .map(|i| Ok((i, score(&model, &rows[i])?)))

@@ -3,7 +3,7 @@
 use super::em::Components;
 use super::{
     Bandwidth, CovarianceKind, DensityModel, GaussianMixtureParams, KernelDensity, KernelParams,
-    NeighbourDensity, NeighbourParams, selection,
+    NeighbourDensity, NeighbourParams, Start, selection,
 };
 use crate::error::{Error, expect_len, expect_table};
 use serde::{Deserialize, Serialize};
@@ -61,18 +61,26 @@ impl DensityConfig {
         Ok(resolved)
     }
 
-    /// See [`DensityModel::fit`].
-    pub(super) fn fit(&self, rows: &[Vec<f64>], logs: &[usize]) -> Result<DensityModel, Error> {
+    /// See [`DensityModel::fit`]; from `start` where it holds one. The start is that of the fit.
+    pub(crate) fn fit_from(
+        &self,
+        rows: &[Vec<f64>],
+        logs: &[usize],
+        start: &Start,
+    ) -> Result<(DensityModel, Start), Error> {
         expect_len("logs of the trusted rows", rows.len(), logs.len())?;
-        Ok(match self {
+        let model = match self {
             Self::Mixture(params) => {
-                DensityModel::Mixture(params.clone().check()?.fit_rows(rows, logs)?)
+                let params = params.clone().check()?;
+                let (mixture, clusters) = params.fit_from(rows, logs, start.clusters())?;
+                return Ok((DensityModel::Mixture(mixture), Start::of(clusters)));
             }
             Self::Kernel(params) => DensityModel::Kernel(KernelDensity::fit(rows, params)?),
             Self::Neighbours(params) => {
                 DensityModel::Neighbours(NeighbourDensity::fit(rows, params)?)
             }
-        })
+        };
+        Ok((model, Start::default()))
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::em::out_of_range;
 use super::expect_columns;
+use super::factor::inverse_factor;
 use crate::error::{Error, expect_finite};
-use nalgebra::{Cholesky, DMatrix};
 use ndarray::{Array1, Array2, ArrayView1};
 use serde::{Deserialize, Serialize};
 
@@ -107,18 +107,11 @@ impl Covariance {
                 let entries = dimension * (dimension + 1) / 2;
                 crate::error::expect_len("entries of a covariance", entries, lower.len())?;
                 expect_finite("a covariance", lower)?;
-                let matrix =
-                    DMatrix::from_fn(dimension, dimension, |i, j| Self::entry(lower, i, j));
-                let l = Cholesky::new(matrix).ok_or_else(not_positive)?.l();
-                let inverse = l
-                    .solve_lower_triangular(&DMatrix::identity(dimension, dimension))
-                    .ok_or_else(not_positive)?;
+                let (inverse, half_log_det) =
+                    inverse_factor(lower, dimension).ok_or_else(not_positive)?;
                 Ok(Factor {
-                    half_log_det: l.diagonal().iter().map(|v| v.ln()).sum(),
-                    inverse: Inverse::Lower(Array2::from_shape_fn(
-                        (dimension, dimension),
-                        |(i, j)| if j <= i { inverse[(i, j)] } else { 0.0 },
-                    )),
+                    half_log_det,
+                    inverse: Inverse::Lower(inverse),
                 })
             }
         }

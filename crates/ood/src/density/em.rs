@@ -4,17 +4,20 @@
 //! infinite responsibility) and restarts that do not start anew, so the iteration is written here and
 //! linfa gives the traits, the data set and k-means.
 
-use super::covariance::{Covariance, CovarianceKind, Shrinkage, estimate};
+use super::covariance::{Covariance, CovarianceKind, Factor, Shrinkage, estimate};
 use super::mixture::{Component, GaussianMixture};
 use super::standardizer::Standardizer;
 use super::{log_sum_exp, seeding, selection};
 use crate::error::{Error, expect_len};
 use linfa::prelude::{DatasetBase, Fit};
-use ndarray::{Array1, Array2, ArrayBase, Data, Ix2};
+use ndarray::{Array1, Array2, ArrayBase, Axis, Data, Ix2};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+
+/// A responsibility below this changes no digit of a component.
+const NO_PART: f64 = 1e-16;
 
 /// How many Gaussians.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -146,9 +149,26 @@ impl GaussianMixtureValidParams {
         rows: &[Vec<f64>],
         logs: &[usize],
     ) -> Result<GaussianMixture, Error> {
+        Ok(self.fit_from(rows, logs, None)?.0)
+    }
+
+    /// As [`Fit::fit`], from rows, with the cluster of each row that EM started from. Where `start` names the
+    /// clusters, it is the only start; clusters without rows give no component.
+    pub(super) fn fit_from(
+        &self,
+        rows: &[Vec<f64>],
+        logs: &[usize],
+        start: Option<&[usize]>,
+    ) -> Result<(GaussianMixture, Vec<usize>), Error> {
         expect_len("logs of the trusted rows", rows.len(), logs.len())?;
         let standardizer = Standardizer::fit(rows)?;
-        let count = selection::count(&self.0, rows, logs)?;
+        let count = match start {
+            Some(clusters) => {
+                expect_len("clusters of the trusted rows", rows.len(), clusters.len())?;
+                clusters.iter().max().map_or(1, |&last| last + 1)
+            }
+            None => selection::count(&self.0, rows, logs)?,
+        };
         let needed = count.max(2);
         if rows.len() < needed {
             return Err(Error::TooFew {
@@ -159,10 +179,17 @@ impl GaussianMixtureValidParams {
             });
         }
         let table = standardizer.apply_all(rows);
-        let starts: Result<Vec<_>, Error> = (0..self.0.restarts)
-            .into_par_iter()
-            .map(|start| em(&table, count, &self.0, start_seed(self.0.seed, start)))
-            .collect();
+        let starts: Result<Vec<_>, Error> = match start {
+            Some(clusters) => em(&table, count, &self.0, clusters.to_vec()).map(|f| vec![f]),
+            None => (0..self.0.restarts)
+                .into_par_iter()
+                .map(|start| {
+                    let seed = start_seed(self.0.seed, start);
+                    let clusters = seeding::clusters(&table, count, seed)?;
+                    em(&table, count, &self.0, clusters)
+                })
+                .collect(),
+        };
         // The first of equals, so that the result does not hang on the order of threads.
         let mut best: Option<Fitted> = None;
         for fitted in starts? {
@@ -173,8 +200,12 @@ impl GaussianMixtureValidParams {
                 best = Some(fitted);
             }
         }
-        let components = best.map(|b| b.components).unwrap_or_default();
-        GaussianMixture::new(standardizer, components)
+        let (components, clusters) = best
+            .map(|best| (best.components, best.clusters))
+            .unwrap_or_default();
+        let components = components.into_iter().map(|(component, _)| component);
+        let mixture = GaussianMixture::new(standardizer, components.collect())?;
+        Ok((mixture, clusters))
     }
 }
 
@@ -186,19 +217,20 @@ fn start_seed(seed: u64, start: usize) -> u64 {
 }
 
 struct Fitted {
-    components: Vec<Component>,
+    components: Vec<(Component, Factor)>,
+    /// The cluster of each row that it started from.
+    clusters: Vec<usize>,
     /// Mean log-likelihood of a standardised row.
     log_likelihood: f64,
 }
 
-/// One start: k-means, then E and M steps until the likelihood settles.
+/// One start: M and E steps from hard clusters until the likelihood settles.
 fn em(
     rows: &Array2<f64>,
     count: usize,
     params: &GaussianMixtureParams,
-    seed: u64,
+    clusters: Vec<usize>,
 ) -> Result<Fitted, Error> {
-    let clusters = seeding::clusters(rows, count, seed)?;
     let mut responsibilities = Array2::zeros((rows.nrows(), count));
     for (mut row, &cluster) in responsibilities.outer_iter_mut().zip(&clusters) {
         row[cluster] = 1.0;
@@ -206,26 +238,26 @@ fn em(
     let mut log_likelihood = f64::NEG_INFINITY;
     let mut components = Vec::new();
     for _ in 0..params.max_iterations {
-        components = maximisation(rows, &responsibilities, params);
+        components = maximisation(rows, &responsibilities, params)?;
         let before = log_likelihood;
-        (responsibilities, log_likelihood) = expectation(rows, &components)?;
+        (responsibilities, log_likelihood) = expectation(rows, &components);
         if (log_likelihood - before).abs() < params.tolerance {
             break;
         }
     }
     Ok(Fitted {
         components,
+        clusters,
         log_likelihood,
     })
 }
 
 /// Responsibilities `[rows, components]` and the mean log-likelihood of a row.
-fn expectation(rows: &Array2<f64>, components: &[Component]) -> Result<(Array2<f64>, f64), Error> {
+fn expectation(rows: &Array2<f64>, components: &[(Component, Factor)]) -> (Array2<f64>, f64) {
     let d = rows.ncols();
     let constant = -0.5 * d as f64 * std::f64::consts::TAU.ln();
     let mut terms = Array2::zeros((rows.nrows(), components.len()));
-    for (mut column, component) in terms.columns_mut().into_iter().zip(components) {
-        let factor = component.covariance.factor(d)?;
+    for (mut column, (component, factor)) in terms.columns_mut().into_iter().zip(components) {
         let centred = rows - &Array1::from_vec(component.mean.clone());
         let offset = component.weight.ln() + constant - factor.half_log_det;
         let whitened = factor.whiten_all(&centred);
@@ -239,35 +271,41 @@ fn expectation(rows: &Array2<f64>, components: &[Component]) -> Result<(Array2<f
         total += log_density;
         row.mapv_inplace(|term| (term - log_density).exp());
     }
-    Ok((terms, total / rows.nrows() as f64))
+    (terms, total / rows.nrows() as f64)
 }
 
 /// Weights, means and covariances. A component that is left with less than one row is dropped: it
-/// has nothing to estimate a covariance from.
+/// has nothing to estimate a covariance from. In many columns components hardly share rows, so only the
+/// rows that a component has a part in are looked at.
 fn maximisation(
     rows: &Array2<f64>,
     responsibilities: &Array2<f64>,
     params: &GaussianMixtureParams,
-) -> Vec<Component> {
+) -> Result<Vec<(Component, Factor)>, Error> {
     let mut components = Vec::new();
     for column in responsibilities.columns() {
-        let total = column.sum();
-        if total < 1.0 - 1e-9 {
+        if column.sum() < 1.0 - 1e-9 {
             continue;
         }
-        let mean = column.dot(rows) / total;
-        let centred = rows - &mean;
-        components.push(Component {
+        let own: Vec<usize> = (0..rows.nrows()).filter(|&i| column[i] > NO_PART).collect();
+        let weights = column.select(Axis(0), &own);
+        let mut centred = rows.select(Axis(0), &own);
+        let total = weights.sum();
+        let mean = weights.dot(&centred) / total;
+        centred -= &mean;
+        let (covariance, factor) = floored_estimate(&centred, weights.view(), params)?;
+        let component = Component {
             weight: total,
             mean: mean.to_vec(),
-            covariance: floored_estimate(&centred, column, params),
-        });
+            covariance,
+        };
+        components.push((component, factor));
     }
-    let total: f64 = components.iter().map(|c| c.weight).sum();
-    for component in &mut components {
+    let total: f64 = components.iter().map(|(c, _)| c.weight).sum();
+    for (component, _) in &mut components {
         component.weight /= total;
     }
-    components
+    Ok(components)
 }
 
 /// The covariance of a component. Where rounding leaves it without a Cholesky factor (columns that
@@ -276,13 +314,14 @@ fn floored_estimate(
     centred: &Array2<f64>,
     weights: ndarray::ArrayView1<'_, f64>,
     params: &GaussianMixtureParams,
-) -> Covariance {
+) -> Result<(Covariance, Factor), Error> {
     let mut floor = params.variance_floor;
     loop {
         let covariance = estimate(centred, weights, params.covariance, params.shrinkage, floor);
-        if covariance.factor(centred.ncols()).is_ok() || floor > 1e6 {
-            return covariance;
+        match covariance.factor(centred.ncols()) {
+            Ok(factor) => return Ok((covariance, factor)),
+            Err(error) if floor > 1e6 => return Err(error),
+            Err(_) => floor *= 10.0,
         }
-        floor *= 10.0;
     }
 }

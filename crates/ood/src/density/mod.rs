@@ -6,6 +6,7 @@
 mod config;
 mod covariance;
 mod em;
+mod factor;
 mod kernel;
 mod mixture;
 mod neighbours;
@@ -21,6 +22,7 @@ pub use kernel::{Bandwidth, KernelDensity, KernelParams};
 pub use mixture::{Component, GaussianMixture};
 pub use neighbours::{NeighbourDensity, NeighbourParams};
 pub use points::Metric;
+pub(crate) use seeding::Start;
 pub use standardizer::Standardizer;
 
 use crate::error::{Error, expect_finite, expect_len};
@@ -73,7 +75,7 @@ impl DensityModel {
     /// [`Error::Shape`], [`Error::NotFinite`], [`Error::TooFew`] for bad rows, [`Error::Parameter`]
     /// for bad settings.
     pub fn fit(rows: &[Vec<f64>], logs: &[usize], config: &DensityConfig) -> Result<Self, Error> {
-        config.fit(rows, logs)
+        Ok(config.fit_from(rows, logs, &Start::default())?.0)
     }
 
     /// The score of one vector: minus its log-density.

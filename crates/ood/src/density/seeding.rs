@@ -3,19 +3,42 @@
 use crate::error::Error;
 use linfa::prelude::{DatasetBase, Fit, ParamGuard, Predict};
 use linfa_clustering::{KMeans, KMeansInit};
-use ndarray::{Array1, Array2, ArrayView1};
+use ndarray::{Array2, ArrayView1};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Lloyd iterations: EM refines the clusters anyway.
 const ITERATIONS: u64 = 50;
 
+/// The cluster of each row that a mixture started from; nothing for densities that start from nothing.
+///
+/// A fit without some of the rows may start from the clusters of the others: it is drawn once instead of
+/// anew, and every parameter is still estimated from its own rows alone.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Start(Option<Vec<usize>>);
+
+impl Start {
+    pub fn of(clusters: Vec<usize>) -> Self {
+        Self(Some(clusters))
+    }
+
+    /// The start of some of the rows.
+    pub fn select(&self, rows: &[usize]) -> Self {
+        let some = |clusters: &Vec<usize>| rows.iter().map(|&row| clusters[row]).collect();
+        Self(self.0.as_ref().map(some))
+    }
+
+    pub fn clusters(&self) -> Option<&[usize]> {
+        self.0.as_deref()
+    }
+}
+
 /// The cluster of each row. linfa's k-means takes an older generator of random numbers than this
 /// workspace and starts every run from the same one; so the k-means++ centres (Arthur and
 /// Vassilvitskii 2007) are drawn here, and linfa iterates from them.
-pub(super) fn clusters(rows: &Array2<f64>, k: usize, seed: u64) -> Result<Array1<usize>, Error> {
+pub(super) fn clusters(rows: &Array2<f64>, k: usize, seed: u64) -> Result<Vec<usize>, Error> {
     if k == 1 {
-        return Ok(Array1::zeros(rows.nrows()));
+        return Ok(vec![0; rows.nrows()]);
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let model = KMeans::params(k)
@@ -25,7 +48,7 @@ pub(super) fn clusters(rows: &Array2<f64>, k: usize, seed: u64) -> Result<Array1
         .init_method(KMeansInit::Precomputed(plus_plus(rows, k, &mut rng)))
         .check()?
         .fit(&DatasetBase::from(rows.view()))?;
-    Ok(model.predict(rows))
+    Ok(model.predict(rows).to_vec())
 }
 
 /// k-means++: each next centre is a row drawn with probability proportional to its squared distance

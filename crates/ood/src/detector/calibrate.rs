@@ -66,10 +66,11 @@ pub(super) fn calibrate(
     let density = config.density.clone().with_seed(config.seed);
     let of_group: Vec<usize> = places.iter().map(|p| p.group).collect();
     let resolved = Resolved::new(&density, config.combination, groups, rows, &of_group)?;
-    let held_out = HeldOut::new(config, &resolved, groups, rows, places)?;
+    let (densities, starts) = resolved.fit(groups, rows, &of_group)?;
+    let held_out = HeldOut::new(config, &resolved, &starts, groups, rows, places)?;
     let audited = audit(&held_out, names)?;
     let calibration = calibration(&held_out, audited, names)?;
-    Ok((calibration, resolved.fit(groups, rows, &of_group)?))
+    Ok((calibration, densities))
 }
 
 fn calibration(

@@ -1,10 +1,11 @@
 //! One density over all columns, or one for each group.
 
 use crate::calibration::{Combination, Reference};
-use crate::density::{Density, DensityConfig, DensityModel};
+use crate::density::{Density, DensityConfig, DensityModel, Start};
 use crate::error::{Error, expect_len};
 use crate::score::Score;
 use crate::statistics::Group;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -52,21 +53,35 @@ impl Resolved {
         Ok(Self { configs, joint })
     }
 
+    /// Fits to all rows; the starts are those of its densities.
     pub fn fit(
         &self,
         groups: &[Group],
         rows: &[Vec<f64>],
         logs: &[usize],
-    ) -> Result<Densities, Error> {
+    ) -> Result<(Densities, Vec<Start>), Error> {
+        let starts = vec![Start::default(); self.configs.len()];
+        self.fit_from(groups, rows, logs, &starts)
+    }
+
+    /// Fits, each density from its start where there is one.
+    pub fn fit_from(
+        &self,
+        groups: &[Group],
+        rows: &[Vec<f64>],
+        logs: &[usize],
+        starts: &[Start],
+    ) -> Result<(Densities, Vec<Start>), Error> {
         if self.joint {
-            let model = DensityModel::fit(rows, logs, &self.configs[0])?;
-            return Ok(Densities::Joint(Box::new(model)));
+            let (model, start) = self.configs[0].fit_from(rows, logs, &starts[0])?;
+            return Ok((Densities::Joint(Box::new(model)), vec![start]));
         }
-        let each = groups
-            .iter()
-            .zip(&self.configs)
-            .map(|(group, config)| DensityModel::fit(&select_all(rows, group), logs, config));
-        Ok(Densities::PerGroup(each.collect::<Result<_, _>>()?))
+        let each = groups.par_iter().zip(&self.configs).zip(starts);
+        let fitted: Result<Vec<_>, Error> = each
+            .map(|((group, config), start)| config.fit_from(&select_all(rows, group), logs, start))
+            .collect();
+        let (models, starts) = fitted?.into_iter().unzip();
+        Ok((Densities::PerGroup(models), starts))
     }
 }
 

@@ -4,6 +4,7 @@ use super::config::DetectorConfig;
 use super::densities::{RawScores, Resolved};
 use super::place::Place;
 use crate::calibration::{Reference, Stretch, held_out};
+use crate::density::Start;
 use crate::error::Error;
 use crate::folds::FoldPlan;
 use crate::score::Score;
@@ -30,9 +31,12 @@ pub(super) struct Scores {
 }
 
 impl<'a> HeldOut<'a> {
+    /// Fits the densities of every fold from the clusters that those of all rows, `starts`, began with: only
+    /// where the search begins is shared, every parameter is estimated without the fold.
     pub fn new(
         config: &'a DetectorConfig,
         resolved: &Resolved,
+        starts: &[Start],
         groups: &[Group],
         rows: &[Vec<f64>],
         places: &'a [Place],
@@ -43,8 +47,9 @@ impl<'a> HeldOut<'a> {
             rows,
             &of_group,
             &plan,
-            |rows, logs| {
-                let densities = resolved.fit(groups, rows, logs)?;
+            |rows, logs, train| {
+                let starts: Vec<Start> = starts.iter().map(|s| s.select(train)).collect();
+                let (densities, _) = resolved.fit_from(groups, rows, logs, &starts)?;
                 let models: Vec<_> = densities
                     .group_models(groups)?
                     .into_iter()
