@@ -2,7 +2,7 @@
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use dose3::backend::Backend;
-use dose3_datasets::{Format, Frame, GroupBy, Kind};
+use dose3_datasets::{Columns, Format, Frame, GroupBy, Kind, LostKind, StampUnit};
 use dose3_diffusion::NoiseSharing;
 use std::path::PathBuf;
 
@@ -73,6 +73,28 @@ pub struct Reading {
     /// Longest step between stamps that is not a gap, seconds (default: 10 typical steps)
     #[arg(long, value_name = "SECONDS")]
     pub max_gap: Option<f64>,
+    /// Unit of the stamps: s, ms, us, ns (default: told by the header or by their size)
+    #[arg(long, value_name = "UNIT")]
+    pub stamp_unit: Option<StampUnit>,
+    /// Columns of text files, as roles in the file's order (`t,x,y,z,qw,qx,qy,qz`, `-` skips one) or as
+    /// pairs (`t=stamp,x=3,yaw=heading`) (default: told by the header or the data)
+    #[arg(long, value_name = "COLUMNS")]
+    pub columns: Option<Columns>,
+    /// What marks rows without a pose (default: NaN, zero rotations, the identity amid others)
+    #[arg(long, value_name = "KIND", value_delimiter = ',')]
+    pub lost: Vec<LostKind>,
+    /// Lost tracking is an error instead of a gap
+    #[arg(long)]
+    pub strict: bool,
+    /// Topics of a recording (default: its only topic of poses)
+    #[arg(long, value_name = "TOPIC")]
+    pub topic: Vec<String>,
+    /// Parent and child frame to be looked up in a recording's transforms
+    #[arg(long, num_args = 2, value_names = ["PARENT", "CHILD"])]
+    pub tf: Option<Vec<String>>,
+    /// Stamps of a recording are the times of recording, not those in the messages
+    #[arg(long)]
+    pub record_time: bool,
 }
 
 /// Where networks run.
@@ -256,9 +278,9 @@ impl Fit {
     /// Whether windows share their noise.
     pub fn noise(&self) -> NoiseSharing {
         match self.noise {
-            _ if self.own_noise => NoiseSharing::PerWindow,
-            NoiseName::Own => NoiseSharing::PerWindow,
-            NoiseName::Shared => NoiseSharing::Common,
+            _ if self.own_noise => NoiseSharing::Own,
+            NoiseName::Own => NoiseSharing::Own,
+            NoiseName::Shared => NoiseSharing::Shared,
         }
     }
 }

@@ -3,6 +3,7 @@
 use dose3::Error;
 use dose3::error::Setting;
 use dose3::logs::Note;
+use dose3_datasets::ReadOption;
 
 /// The whole error in one line, with a hint where a flag of this program helps.
 pub fn explain(error: &anyhow::Error) -> String {
@@ -38,6 +39,9 @@ fn hint(error: &Error) -> Option<String> {
         Error::File { reason, .. } | Error::Log { reason, .. } | Error::Backend { reason, .. } => {
             return hint(reason);
         }
+        Error::Data(dose3_datasets::Error::Input(input)) => {
+            format!("{} says otherwise", flag_of_reading(input.option?))
+        }
         Error::NotADetector => "make a detector of it with `dose3 fit --model`".into(),
         Error::Setting { setting, .. } => format!("it is set by {}", flag(*setting)?),
         Error::UnknownName { what: "log", .. } => "logs are held out with --hold-out".into(),
@@ -61,6 +65,14 @@ fn hint(error: &Error) -> Option<String> {
         Error::MissingBackend { feature, .. } => format!("rebuild with `--features {feature}`"),
         _ => return None,
     })
+}
+
+/// The flag for a setting of reading.
+fn flag_of_reading(option: ReadOption) -> String {
+    match option {
+        ReadOption::Rate => "--nominal-rate".into(),
+        other => format!("--{}", other.name()),
+    }
 }
 
 fn flag(setting: Setting) -> Option<&'static str> {

@@ -35,7 +35,7 @@ mod window;
 
 pub use error::Error;
 pub use loss::{LossConfig, SampleLoss, geodesic_loss};
-pub use probe::{Branches, ModelPair, NoiseSharing, ProbeConfig, Traces, trace};
+pub use probe::{Branches, ModelPair, NoiseSharing, ProbePlan, Traces, trace};
 pub use process::{
     Estimate, Process, ProcessConfig, RotationProcess, State, rotation_logs, rotation_tangents,
 };

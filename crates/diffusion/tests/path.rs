@@ -1,7 +1,7 @@
 //! The deterministic DDIM path, against closed forms and with a network.
 
 use dose3_diffusion::{
-    Branches, ModelPair, NoiseSchedule, NoiseSharing, ProbeConfig, Process, ProcessConfig,
+    Branches, ModelPair, NoiseSchedule, NoiseSharing, ProbePlan, Process, ProcessConfig,
     RotationProcess, Traces, Window, rotation_logs, trace,
 };
 use dose3_engine::{Engine, EngineOptions};
@@ -83,8 +83,8 @@ fn process(schedule: NoiseSchedule, rotation_process: RotationProcess) -> Proces
     .unwrap()
 }
 
-fn config(steps: usize) -> ProbeConfig {
-    ProbeConfig {
+fn config(steps: usize) -> ProbePlan {
+    ProbePlan {
         steps,
         draws: 1,
         seed: 0,
@@ -105,7 +105,7 @@ fn turning(length: usize, axis: Vector, angle: f64) -> (Vec<f32>, Vec<f32>) {
 fn follow(
     models: &mut ModelPair,
     process: &Process,
-    config: &ProbeConfig,
+    config: &ProbePlan,
     data: &(Vec<f32>, Vec<f32>),
 ) -> Traces {
     let window = Window {
@@ -262,7 +262,7 @@ fn a_path_depends_on_its_window_alone() {
             rotation,
         })
         .collect();
-    let run = |windows: &[Window<'_>], config: ProbeConfig, draws, branches| {
+    let run = |windows: &[Window<'_>], config: ProbePlan, draws, branches| {
         trace(&mut engine(), &process, &config, windows, draws, branches).unwrap()
     };
     let all = run(&windows, config(6), 0..1, Branches::Both);
@@ -273,7 +273,7 @@ fn a_path_depends_on_its_window_alone() {
         assert_eq!(alone.eps_hat(0, 0), all.eps_hat(w, 0), "window {w}");
     }
 
-    let other = ProbeConfig {
+    let other = ProbePlan {
         seed: 77,
         draws: 5,
         ..config(6)
@@ -331,8 +331,8 @@ fn windows_of_other_lengths_are_refused() {
         translation,
         rotation,
     });
-    for sharing in [NoiseSharing::None, NoiseSharing::Common] {
-        let config = ProbeConfig {
+    for sharing in [NoiseSharing::None, NoiseSharing::Shared] {
+        let config = ProbePlan {
             sharing,
             ..config(3)
         };
@@ -353,6 +353,6 @@ fn windows_of_other_lengths_are_refused() {
 fn the_name_in_files() {
     let stored = |sharing| serde_json::to_string(&sharing).unwrap();
     assert_eq!(stored(NoiseSharing::None), "\"none\"");
-    assert_eq!(stored(NoiseSharing::PerWindow), "\"per_window\"");
-    assert_eq!(stored(NoiseSharing::Common), "\"common\"");
+    assert_eq!(stored(NoiseSharing::Own), "\"own\"");
+    assert_eq!(stored(NoiseSharing::Shared), "\"shared\"");
 }

@@ -2,7 +2,7 @@
 
 use dose3_diffusion::trainer::{LogRow, TrainConfig, Trainer, WindowSource};
 use dose3_diffusion::{
-    Branches, Error, ModelPair, ProbeConfig, Process, ProcessConfig, Window, trace,
+    Branches, Error, ModelPair, ProbePlan, Process, ProcessConfig, Window, trace,
 };
 use dose3_engine::{Engine, EngineOptions};
 use dose3_lie::{Vector, so3};
@@ -209,10 +209,10 @@ fn traces_depend_on_the_window_alone() {
         })
         .collect();
     for sharing in [
-        dose3_diffusion::NoiseSharing::PerWindow,
-        dose3_diffusion::NoiseSharing::Common,
+        dose3_diffusion::NoiseSharing::Own,
+        dose3_diffusion::NoiseSharing::Shared,
     ] {
-        let config = ProbeConfig {
+        let config = ProbePlan {
             steps: 4,
             draws: 3,
             seed: 3,

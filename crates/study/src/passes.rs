@@ -108,8 +108,8 @@ mod tests {
         let noise = |sharing, draws| Some(Noise { sharing, draws });
         let found: Vec<Option<Noise>> = passes(&rows).iter().map(|p| p.noise).collect();
         let expected = [
-            noise(NoiseSharing::PerWindow, 4),
-            noise(NoiseSharing::Common, 2),
+            noise(NoiseSharing::Own, 4),
+            noise(NoiseSharing::Shared, 2),
             None,
         ];
         assert_eq!(found, expected);

@@ -64,13 +64,13 @@ impl Statistics {
 
     /// With draws that every window has of its own, as in the paper.
     pub const fn own(set: &'static str, draws: usize) -> Self {
-        let sharing = NoiseSharing::PerWindow;
+        let sharing = NoiseSharing::Own;
         Self::new(set, Some(Noise { sharing, draws }))
     }
 
     /// With draws that all windows share.
     pub const fn shared(set: &'static str, draws: usize) -> Self {
-        let sharing = NoiseSharing::Common;
+        let sharing = NoiseSharing::Shared;
         Self::new(set, Some(Noise { sharing, draws }))
     }
 

@@ -12,6 +12,7 @@ use anyhow::{Context, Result, bail};
 use dose3::logs::ReadOptions;
 use dose3::progress::Progress;
 use dose3::{Computing, Model};
+use dose3_datasets::LoadOptions;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::Path;
@@ -84,13 +85,24 @@ fn computing(computing: &args::Computing) -> Computing {
 }
 
 fn read_options(reading: &Reading) -> ReadOptions {
+    let tf = reading.tf.as_deref();
     ReadOptions {
-        format: reading.format,
+        load: LoadOptions {
+            format: reading.format,
+            times: reading.times.clone(),
+            max_gap: reading.max_gap,
+            stamp_unit: reading.stamp_unit,
+            columns: reading.columns.clone(),
+            lost: reading.lost.clone(),
+            strict: reading.strict,
+            topics: reading.topic.clone(),
+            tf: tf.map(|frames| (frames[0].clone(), frames[1].clone())),
+            record_time: reading.record_time,
+            ..LoadOptions::default()
+        },
         frame: reading.frame,
         nominal_rate: reading.nominal_rate,
         unit: reading.unit,
-        times: reading.times.clone(),
-        max_gap: reading.max_gap,
     }
 }
 

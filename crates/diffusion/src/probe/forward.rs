@@ -1,6 +1,6 @@
 //! Estimates at windows noised by drawn noise.
 
-use super::{Branches, ModelPair, ProbeConfig, Task, interleave};
+use super::{Branches, ModelPair, ProbePlan, Task, interleave};
 use crate::error::Error;
 use crate::process::rotation_logs;
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ use std::ops::Range;
 pub(super) fn run(
     models: &mut ModelPair,
     task: &Task<'_>,
-    config: &ProbeConfig,
+    config: &ProbePlan,
     draws: Range<usize>,
 ) -> Result<(Vec<f32>, Vec<f32>), Error> {
     let &Task {

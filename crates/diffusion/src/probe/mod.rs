@@ -26,11 +26,13 @@ pub struct ModelPair {
 pub enum NoiseSharing {
     /// Every window has a draw of its own, keyed by its content (the paper's evaluation): the
     /// same window gets the same noise wherever it stands.
-    #[default]
-    PerWindow,
+    #[serde(alias = "per_window")]
+    Own,
     /// All windows share the same draws (common random numbers): a statistic is then a fixed
     /// function of the window, and differences between windows are not blurred by the draw.
-    Common,
+    #[default]
+    #[serde(alias = "common")]
+    Shared,
     /// No noise is drawn: the window follows the deterministic DDIM path from itself to noise, along
     /// the network's own estimates (DiffPath, arXiv 2405.11881). Seed and draws change nothing.
     None,
@@ -38,18 +40,18 @@ pub enum NoiseSharing {
 
 /// How windows are noised when they are scored; stored in every detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ProbeConfig {
+pub struct ProbePlan {
     /// Number of diffusion steps used, evenly spread over the process's own.
     pub steps: usize,
     /// Noise draws per window; statistics are averaged over them.
     pub draws: usize,
     /// Seed of the draws.
     pub seed: u64,
-    /// Own draws, common ones, or none.
+    /// Own draws, shared ones, or none.
     pub sharing: NoiseSharing,
 }
 
-impl ProbeConfig {
+impl ProbePlan {
     /// The steps of the process that are visited, ascending; first and last are always among
     /// them where more than one is used.
     pub fn step_indices(&self, total: usize) -> Vec<usize> {
@@ -65,7 +67,7 @@ impl ProbeConfig {
     /// How many of the draws differ: [`draws`](Self::draws), or 1 where none is drawn.
     pub fn distinct_draws(&self) -> usize {
         match self.sharing {
-            NoiseSharing::PerWindow | NoiseSharing::Common => self.draws,
+            NoiseSharing::Own | NoiseSharing::Shared => self.draws,
             NoiseSharing::None => self.draws.min(1),
         }
     }
@@ -75,8 +77,8 @@ impl ProbeConfig {
     pub fn noise(&self, process: &Process, window: Window<'_>, draw: usize) -> Noise {
         let length = window.translation.len() / 3;
         let key = match self.sharing {
-            NoiseSharing::PerWindow => content_key(window),
-            NoiseSharing::Common => 0,
+            NoiseSharing::Own => content_key(window),
+            NoiseSharing::Shared => 0,
             NoiseSharing::None => return Noise::zeros(length),
         };
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
@@ -146,7 +148,7 @@ impl Traces {
 pub fn trace(
     models: &mut ModelPair,
     process: &Process,
-    config: &ProbeConfig,
+    config: &ProbePlan,
     windows: &[Window<'_>],
     draws: Range<usize>,
     branches: Branches,
@@ -161,7 +163,7 @@ pub fn trace(
         check_len("window rotation", length * 9, window.rotation.len())?;
     }
     let draws = match config.sharing {
-        NoiseSharing::PerWindow | NoiseSharing::Common => draws,
+        NoiseSharing::Own | NoiseSharing::Shared => draws,
         NoiseSharing::None => 0..draws.len().min(1),
     };
     let task = Task {
@@ -173,7 +175,7 @@ pub fn trace(
     };
     let (eps_hat, eps) = match config.sharing {
         _ if length == 0 => (Vec::new(), Vec::new()),
-        NoiseSharing::PerWindow | NoiseSharing::Common => {
+        NoiseSharing::Own | NoiseSharing::Shared => {
             forward::run(models, &task, config, draws.clone())?
         }
         NoiseSharing::None => (

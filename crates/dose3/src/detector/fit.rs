@@ -102,7 +102,7 @@ impl Default for FitOptions {
             stride: 32,
             steps: None,
             draws: None,
-            noise: NoiseSharing::Common,
+            noise: NoiseSharing::Shared,
             seed: 0,
         }
     }

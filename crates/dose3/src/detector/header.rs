@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::model_file::{self, LogRecord, Model};
 use crate::probe::{ProbePlan, ProbeReference};
 use dose3_datasets::Frame;
-use dose3_diffusion::{NoiseSharing, ProbeConfig};
+use dose3_diffusion::NoiseSharing;
 use dose3_ood::{DetectorStatistics, PoseReference};
 use serde::{Deserialize, Serialize};
 
@@ -112,7 +112,7 @@ struct Before3 {
     #[serde(rename = "format_version")]
     _format_version: u32,
     needs: NeedsBefore3,
-    probe: ProbeConfig,
+    probe: ProbePlan,
     stride: usize,
     trusted: Vec<LogRecord>,
     statistics: DetectorStatistics,

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, Setting};
 use dose3_datasets::{
-    Format, Frame, LoadOptions, RateSource, Trajectory, discover, load, load_all, make_unique,
+    Frame, LoadOptions, RateSource, Trajectory, discover, load, load_all, make_unique,
 };
 use std::collections::HashSet;
 use std::fs::canonicalize;
@@ -11,29 +11,23 @@ use std::path::{Path, PathBuf};
 /// What a user may say about logs whose files do not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadOptions {
-    /// Format, where content should not decide.
-    pub format: Option<Format>,
+    /// How files are read: format, stamps, columns, gaps.
+    pub load: LoadOptions,
     /// Body frame, where the format's is wrong.
     pub frame: Option<Frame>,
     /// Rate of logs without stamps, hertz.
     pub nominal_rate: Option<f64>,
     /// Metres in one unit of position.
     pub unit: f64,
-    /// Stamps of a KITTI log.
-    pub times: Option<PathBuf>,
-    /// Longest step that is not a gap, seconds.
-    pub max_gap: Option<f64>,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
         Self {
-            format: None,
+            load: LoadOptions::default(),
             frame: None,
             nominal_rate: None,
             unit: 1.0,
-            times: None,
-            max_gap: None,
         }
     }
 }
@@ -44,7 +38,7 @@ impl Default for ReadOptions {
 /// The first log that cannot be read; options out of range.
 pub fn read(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Trajectory>> {
     options.check()?;
-    let mut trajectories = load_all(paths, &options.load())?;
+    let mut trajectories = load_all(paths, &options.load)?;
     for t in &mut trajectories {
         apply(t, options)?;
     }
@@ -61,10 +55,10 @@ pub fn read_each(
     options: &ReadOptions,
 ) -> Result<Vec<(PathBuf, Result<Trajectory>)>> {
     options.check()?;
-    let load_options = options.load();
+    let load_options = &options.load;
     let (mut found, mut seen) = (Vec::new(), HashSet::new());
     for path in paths {
-        match files(path, &load_options) {
+        match files(path, load_options) {
             Ok(files) => found.extend(files.into_iter().map(Ok)),
             Err(error) => found.push(Err((path.clone(), error))),
         }
@@ -74,7 +68,7 @@ pub fn read_each(
         match file {
             Err((path, error)) => read.push((path, Err(error))),
             Ok(file) if seen.insert(canonicalize(&file).unwrap_or_else(|_| file.clone())) => {
-                let log = load(&file, &load_options).map_err(Error::from);
+                let log = load(&file, load_options).map_err(Error::from);
                 let log = log.and_then(|mut log| apply(&mut log, options).map(|()| log));
                 read.push((file, log));
             }
@@ -112,17 +106,6 @@ impl ReadOptions {
             return Err(Error::setting(Setting::NominalRate, rate, expected));
         }
         Ok(())
-    }
-
-    /// What of them the reader of files needs.
-    #[must_use]
-    pub fn load(&self) -> LoadOptions {
-        LoadOptions {
-            format: self.format,
-            times: self.times.clone(),
-            max_gap: self.max_gap,
-            ..LoadOptions::default()
-        }
     }
 }
 

@@ -7,7 +7,7 @@
 //! use dose3_diffusion::NoiseSharing;
 //!
 //! let model = dose3::built_in::motion()?;
-//! let plan = ProbePlan { steps: 6, draws: 1, seed: 0, sharing: NoiseSharing::Common };
+//! let plan = ProbePlan { steps: 6, draws: 1, seed: 0, sharing: NoiseSharing::Shared };
 //! let logs = [synthetic::trajectory(synthetic::Platform::Vehicle, 1, 200, 10.0)];
 //! let set: dose3_ood::StatisticsSet = "kinematic,residual".parse()?;
 //!

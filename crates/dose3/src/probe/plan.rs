@@ -1,12 +1,9 @@
 //! How windows are noised when they are measured.
 
 use crate::error::{Error, Result, Setting};
+pub use dose3_diffusion::ProbePlan;
 use dose3_diffusion::{NoiseSharing, Process};
 use dose3_ood::StatisticsSet;
-
-/// Diffusion steps, noise draws, their seed, and whether windows share the noise: the one place that says it.
-/// A detector stores it.
-pub type ProbePlan = dose3_diffusion::ProbeConfig;
 
 /// Checks `plan` against the process and what is to be measured; where no noise is drawn the answer has one draw.
 ///
@@ -58,7 +55,7 @@ mod tests {
             "{refused}"
         );
         let drawn = ProbePlan {
-            sharing: NoiseSharing::Common,
+            sharing: NoiseSharing::Shared,
             ..plan
         };
         assert_eq!(check(&drawn, "residual").unwrap().draws, 3);

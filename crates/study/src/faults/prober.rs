@@ -48,7 +48,7 @@ impl Prober {
             steps: settings.steps.min(model.header.process.steps),
             draws: settings.draws,
             seed: settings.seed,
-            sharing: NoiseSharing::Common,
+            sharing: NoiseSharing::Shared,
         };
         let untrained = Model {
             header: model.header.clone(),

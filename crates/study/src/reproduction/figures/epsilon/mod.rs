@@ -34,7 +34,7 @@ fn plan(model: &Model, seed: u64) -> ProbePlan {
         steps: model.header.process.steps,
         draws: 1,
         seed,
-        sharing: NoiseSharing::PerWindow,
+        sharing: NoiseSharing::Own,
     }
 }
 

@@ -30,7 +30,7 @@ impl Scorer {
             steps: input.kitti.header.process.steps,
             draws: DRAWS,
             seed: input.seed,
-            sharing: NoiseSharing::Common,
+            sharing: NoiseSharing::Shared,
         };
         Ok(Self {
             probe: Probe::for_sets(input.kitti, &plan, [&set], input.computing)?,
