@@ -75,7 +75,7 @@ fn logs_that_cannot_be_judged_are_refused() {
     );
     refused(
         ["score", "--detector", &detector, &nan],
-        &["nan.txt:1:", "`NaN`"],
+        &["nan.txt", "200 rows without a pose"],
     );
     refused(
         ["score", "--detector", &detector, "--alpha", "2", &nan],
