@@ -45,10 +45,10 @@ impl Symptom {
     #[must_use]
     pub fn weight(self) -> f64 {
         match self {
-            Self::Lost | Self::Pause => 0.25,
+            Self::Lost | Self::Pause => 0.3,
             Self::Irregular => 0.15,
-            Self::Crowded | Self::Pace | Self::Rate => 0.1,
-            Self::Start => 0.05,
+            Self::Crowded => 0.1,
+            Self::Pace | Self::Start | Self::Rate => 0.05,
         }
     }
 
