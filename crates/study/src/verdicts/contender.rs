@@ -42,9 +42,12 @@ const fn block(key: &'static str) -> Contender {
     }
 }
 
+/// Key of the default detector.
+pub const DEFAULT: &str = "default";
+
 /// All of them.
 pub const CONTENDERS: [Contender; 8] = [
-    detector("default", MOTION_STATISTICS),
+    detector(DEFAULT, MOTION_STATISTICS),
     detector("no network", "kinematic,differences,lin"),
     block("kinematic"),
     block("differences"),

@@ -1,11 +1,12 @@
 //! Which logs are trusted while which are judged, and the contenders fitted to them.
 
 use super::contender::Contender;
-use super::judge::{Fitted, Place, Settings};
+use super::judge::{Fitted, Settings};
 use super::table::{self, Measurer, Table};
 use crate::faults::protocol::{LogSet, Part};
 use anyhow::Result;
 use dose3_datasets::Trajectory;
+use dose3_ood::Place;
 use dose3_ood::statistics::LinearReference;
 
 /// Most folds of a set.

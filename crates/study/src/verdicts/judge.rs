@@ -4,27 +4,15 @@ use super::contender::{Contender, Kind};
 use super::forest::Forest;
 use super::nearest::Nearest;
 use anyhow::{Context, Result};
-use dose3_ood::{DensityConfig, DetectorConfig, DetectorStatistics, Reference, Score};
+use dose3_ood::calibration::{Duration, RunReference, Stretch, erode};
+use dose3_ood::{DensityConfig, DetectorConfig, DetectorStatistics, ExternalTest, Place, Score};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Chance of a false alarm that everything is judged at.
 pub const ALPHA: f64 = 0.05;
-/// The extremal index where a log's windows overlap by three quarters, for the baselines that have no calibration of
-/// their own.
-const CLUSTERS: f64 = 0.3;
-/// Folds that trusted groups are held out in, for the same.
+/// Folds that trusted groups are held out in, for the baselines.
 const FOLDS: usize = 5;
-
-/// Where a trusted window lies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
-    /// Number of its group.
-    pub group: usize,
-    /// Number of its log.
-    pub log: usize,
-    /// Number of the gap-free stretch within the log.
-    pub stretch: usize,
-}
 
 /// Settings of the fits.
 pub struct Settings {
@@ -42,14 +30,14 @@ pub struct Settings {
 pub enum Fitted {
     /// The detector.
     Detector(Box<DetectorStatistics>),
-    /// A score of windows with held-out runs of trusted windows.
+    /// A score of windows, judged by the detector's rule.
     Baseline {
         /// The score.
         score: Baseline,
-        /// Lowest scores of runs of trusted windows.
-        runs: Reference,
-        /// Windows of a run.
-        run: usize,
+        /// Held-out runs of trusted windows.
+        runs: RunReference,
+        /// How long runs are.
+        durations: Vec<Duration>,
     },
 }
 
@@ -64,8 +52,10 @@ pub enum Baseline {
 /// What is said of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judged {
-    /// Out of distribution.
+    /// Out of distribution, or unlike where one log is trusted.
     pub called: bool,
+    /// Chance of as much in a log like the trusted ones.
+    pub chance: f64,
     /// Mean window score.
     pub mean: f64,
 }
@@ -93,11 +83,10 @@ impl Fitted {
                     seed: settings.seed,
                     ..DetectorConfig::default()
                 };
-                let groups: Vec<usize> = places.iter().map(|place| place.group).collect();
-                let names: Vec<String> = (0..=groups.iter().copied().max().unwrap_or(0))
+                let names: Vec<String> = (0..=groups(places).last().copied().unwrap_or(0))
                     .map(|group| format!("group {group}"))
                     .collect();
-                let detector = DetectorStatistics::fit(config, rows, &groups, &names);
+                let detector = DetectorStatistics::fit(config, rows, places, &names);
                 let detector = detector.with_context(|| contender.key)?;
                 Ok(Self::Detector(Box::new(detector)))
             }
@@ -121,28 +110,71 @@ impl Fitted {
     /// # Errors
     /// Rows of another kind, or none.
     pub fn judge(&self, rows: &[Vec<f64>], stretches: &[usize]) -> Result<Judged> {
+        self.judge_with(rows, stretches, &[])
+    }
+
+    /// The same, where a detector is told of tests from outside; baselines know of none.
+    ///
+    /// # Errors
+    /// As [`Self::judge`].
+    pub fn judge_with(
+        &self,
+        rows: &[Vec<f64>],
+        stretches: &[usize],
+        tests: &[ExternalTest],
+    ) -> Result<Judged> {
         match self {
             Self::Detector(detector) => {
-                let verdict = detector.judge(rows)?;
+                let verdict = detector.judge_with(rows, stretches, tests, ALPHA)?;
                 Ok(Judged {
-                    called: verdict.verdict.is_ood(),
+                    called: verdict.verdict.differs(),
+                    chance: verdict.p_value,
                     mean: verdict.mean_score.value(),
                 })
             }
-            Self::Baseline { score, runs, run } => {
+            Self::Baseline {
+                score,
+                runs,
+                durations,
+            } => {
                 let scores = score.of(rows);
-                let worst = lowest_of_runs(&scores, stretches, *run).into_iter().max();
-                let worst = worst.context("no window")?;
-                let clusters = (CLUSTERS * rows.len() as f64).max(1.0);
-                let chance = -((-runs.ln_p(worst).exp()).ln_1p() * clusters).exp_m1();
+                let run = runs.worst_run(&scores, &by_stretch(stretches), durations);
+                let chance = run.context("no window")?.p_value;
                 let sum: f64 = scores.iter().map(|score| score.value()).sum();
                 Ok(Judged {
                     called: chance <= ALPHA,
+                    chance,
                     mean: sum / scores.len() as f64,
                 })
             }
         }
     }
+}
+
+/// The groups, each once, ascending.
+fn groups(places: &[Place]) -> Vec<usize> {
+    let mut groups: Vec<usize> = places.iter().map(|place| place.group).collect();
+    groups.sort_unstable();
+    groups.dedup();
+    groups
+}
+
+/// The windows of each stretch.
+fn by_stretch<T: Ord + Copy>(stretches: &[T]) -> Vec<Vec<usize>> {
+    let mut found: BTreeMap<T, Vec<usize>> = BTreeMap::new();
+    for (window, stretch) in stretches.iter().enumerate() {
+        found.entry(*stretch).or_default().push(window);
+    }
+    found.into_values().collect()
+}
+
+/// The highest of the lowest scores of `run` windows in a row; none where no stretch has so many.
+pub fn worst_run(scores: &[Score], stretches: &[usize], run: usize) -> Option<Score> {
+    let of = |stretch: Vec<usize>| -> Vec<Score> {
+        let scores: Vec<Score> = stretch.iter().map(|&window| scores[window]).collect();
+        erode(&scores, run)
+    };
+    by_stretch(stretches).into_iter().flat_map(of).max()
 }
 
 fn baseline(
@@ -155,37 +187,37 @@ fn baseline(
         Kind::Forest => Baseline::Forest(Forest::fit(rows, settings.seed)),
         _ => Baseline::Nearest(Nearest::fit(rows)),
     };
-    let mut groups: Vec<usize> = places.iter().map(|place| place.group).collect();
-    groups.sort_unstable();
-    groups.dedup();
+    let groups = groups(places);
     anyhow::ensure!(groups.len() > 1, "held-out scores need two groups of logs");
-    let run = (3 * settings.overlap).div_ceil(4).max(1);
-    let mut held_out = Vec::new();
+    let mut stretches = Vec::new();
     for fold in 0..FOLDS.min(groups.len()) {
-        let out = |place: &Place| {
-            groups.iter().position(|g| *g == place.group).unwrap_or(0) % FOLDS == fold
+        let is_out = |window: usize| {
+            let group = groups.binary_search(&places[window].group);
+            group.is_ok_and(|group| group % FOLDS == fold)
         };
-        let of = |keep: bool| -> Vec<usize> {
-            (0..rows.len())
-                .filter(|&i| out(&places[i]) == keep)
-                .collect()
-        };
-        let (test, train) = (of(true), of(false));
-        let train: Vec<Vec<f64>> = train.iter().map(|&i| rows[i].clone()).collect();
+        let of = |out: bool| (0..rows.len()).filter(move |&window| is_out(window) == out);
+        let train: Vec<Vec<f64>> = of(false).map(|window| rows[window].clone()).collect();
         let score = fit(&train);
-        let test_rows: Vec<Vec<f64>> = test.iter().map(|&i| rows[i].clone()).collect();
-        let scores = score.of(&test_rows);
-        // A stretch of its own for each log's.
-        let stretches: Vec<usize> = test
+        let out: Vec<usize> = of(true).collect();
+        let keys: Vec<_> = out
             .iter()
-            .map(|&i| places[i].log * 100_000 + places[i].stretch)
+            .map(|&window| (places[window].log, places[window].stretch))
             .collect();
-        held_out.extend(lowest_of_runs(&scores, &stretches, run));
+        for stretch in by_stretch(&keys) {
+            let windows: Vec<usize> = stretch.iter().map(|&i| out[i]).collect();
+            let rows: Vec<Vec<f64>> = windows.iter().map(|&window| rows[window].clone()).collect();
+            stretches.push(Stretch {
+                group: places[windows[0]].group,
+                scores: score.of(&rows),
+            });
+        }
     }
+    let durations = Duration::of_overlap(settings.overlap);
+    let longest = durations.iter().map(|duration| duration.windows).max();
     Ok(Fitted::Baseline {
         score: fit(rows),
-        runs: Reference::new(held_out)?,
-        run,
+        runs: RunReference::new(&stretches, longest.unwrap_or(1), settings.overlap)?,
+        durations,
     })
 }
 
@@ -201,22 +233,6 @@ impl Baseline {
     }
 }
 
-/// The lowest score of every run of windows within a stretch; of a stretch shorter than a run, of all of it.
-pub fn lowest_of_runs(scores: &[Score], stretches: &[usize], run: usize) -> Vec<Score> {
-    let mut lowest = Vec::new();
-    let mut start = 0;
-    for end in 1..=scores.len() {
-        if end < scores.len() && stretches[end] == stretches[start] {
-            continue;
-        }
-        let part = &scores[start..end];
-        let of_run = |window: &[Score]| window.iter().copied().min();
-        lowest.extend(part.windows(run.min(part.len())).filter_map(of_run));
-        start = end;
-    }
-    lowest
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -224,13 +240,14 @@ mod tests {
     #[test]
     fn runs_end_with_their_stretch() {
         let scores = [5.0, 3.0, 4.0, 9.0, 8.0].map(Score::new);
-        let lowest = |stretches: &[usize], run| -> Vec<f64> {
-            let found = lowest_of_runs(&scores, stretches, run);
-            found.iter().map(|score| score.value()).collect()
+        let worst = |stretches: &[usize], run| {
+            let found = worst_run(&scores, stretches, run);
+            found.map(|score| score.value())
         };
-        assert_eq!(lowest(&[0; 5], 3), [3.0, 3.0, 4.0]);
-        assert_eq!(lowest(&[0, 0, 0, 1, 1], 3), [3.0, 8.0]);
-        assert_eq!(lowest(&[0, 0, 0, 1, 1], 2), [3.0, 3.0, 8.0]);
+        assert_eq!(worst(&[0; 5], 3), Some(4.0));
+        assert_eq!(worst(&[0, 0, 0, 1, 1], 3), Some(3.0));
+        assert_eq!(worst(&[0, 0, 0, 1, 1], 2), Some(8.0));
+        assert_eq!(worst(&[0, 0, 1, 1, 2], 3), None);
     }
 
     #[test]

@@ -93,6 +93,8 @@ pub struct Record {
     pub without_stamps: Vec<String>,
     /// Real failures, by kind.
     pub real: Vec<real::RealCell>,
+    /// Logs of real failures that cannot be judged, and why.
+    pub not_judged: Vec<String>,
     /// Real failures, log by log.
     pub judgements: Vec<real::Judgement>,
 }
@@ -200,7 +202,8 @@ pub fn real(args: &BenchmarkArgs) -> Result<()> {
         .collect::<Result<_, _>>()?;
     let (contenders, settings) = (&run.contenders, &run.settings);
     let measurer = &mut run.measurer;
-    record.judgements = real::vio(&root, run.hertz, contenders, one, settings, measurer)?;
+    (record.judgements, record.not_judged) =
+        real::vio(&root, run.hertz, contenders, one, settings, measurer)?;
     let of_kitti = (reference.as_slice(), run.hertz);
     let found = real::kitti(&root, of_kitti, contenders, one, settings, measurer)?;
     record.judgements.extend(found);

@@ -1,15 +1,17 @@
 //! Real failures: estimates of odometries, judged by detectors that were fitted to trusted logs.
 
-use super::contender::Contender;
+use super::contender::{Contender, DEFAULT};
 use super::defects;
 use super::fold::{self, FoldFit, Measured};
-use super::judge::Settings;
+use super::judge::{Judged, Settings, worst_run};
 use super::table::Measurer;
+use super::timing;
 use crate::data::DataRoot;
 use anyhow::{Context, Result};
 use dose3_datasets::{LoadOptions, Trajectory, at_rate, load, stretches};
 use dose3_ood::Score;
 use dose3_ood::metrics::{Bootstrap, Estimate, Grouped, Metric, estimate};
+use dose3_ood::timing::TimingReference;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -33,6 +35,8 @@ pub struct Judgement {
     pub windows: usize,
     /// Called out of distribution.
     pub called: bool,
+    /// Chance of as much in a log like the trusted ones.
+    pub chance: f64,
     /// Mean window score.
     pub mean: f64,
     /// Highest of the lowest scores of three windows in a row.
@@ -102,20 +106,30 @@ fn named(path: &Path, mut log: Trajectory) -> Result<Trajectory> {
     Ok(log)
 }
 
-/// Reads the text files of a folder, brought to the rate; logs shorter than a window are left out, and named.
-fn read(folder: &Path, hertz: f64, poses: usize) -> Result<Vec<Trajectory>> {
+/// Reads the text files of a folder, brought to the rate. Logs shorter than a window or slower than the rate cannot be
+/// judged; they are added to `left`.
+fn read(
+    folder: &Path,
+    hertz: f64,
+    poses: usize,
+    left: &mut Vec<String>,
+) -> Result<Vec<Trajectory>> {
     let mut logs = Vec::new();
     for path in files(folder)? {
-        let log = named(
-            &path,
-            at_rate(&load(&path, &LoadOptions::default())?, hertz)?,
-        )?;
+        let log = named(&path, load(&path, &LoadOptions::default())?)?;
+        let log = match at_rate(&log, hertz) {
+            Err(dose3_datasets::Error::Upsampling { from, .. }) => {
+                left.push(format!("{} ({from:.1} poses a second)", log.name));
+                continue;
+            }
+            log => log?,
+        };
         let longest = stretches(&log, log.max_gap)
             .into_iter()
             .map(|s| s.len())
             .max();
         if longest.unwrap_or(0) < poses {
-            println!("{}: shorter than a window", log.name);
+            left.push(format!("{} (shorter than a window)", log.name));
             continue;
         }
         logs.push(log);
@@ -152,17 +166,18 @@ pub fn vio(
     one: bool,
     settings: &Settings,
     measurer: &mut Measurer,
-) -> Result<Vec<Judgement>> {
+) -> Result<(Vec<Judgement>, Vec<String>)> {
     let folder = root.path.join("vio");
+    let mut left = Vec::new();
     if !folder.is_dir() {
-        return Ok(Vec::new());
+        return Ok((Vec::new(), left));
     }
-    let trusted = read(&folder.join("trusted"), hertz, measurer.poses)?;
+    let trusted = read(&folder.join("trusted"), hertz, measurer.poses, &mut left)?;
     let recordings: Vec<String> = trusted.iter().map(|log| recording(&log.name)).collect();
     let groups = numbers(&recordings);
     let mut others = Vec::new();
     for kind in ["diverged", "wrong", "agrees"] {
-        for log in read(&folder.join(kind), hertz, measurer.poses)? {
+        for log in read(&folder.join(kind), hertz, measurer.poses, &mut left)? {
             others.push(Subject {
                 kind: kind.to_owned(),
                 recording: recording(&log.name),
@@ -185,21 +200,29 @@ pub fn vio(
     // Every other trusted log; the rest is sound.
     let every_other: Vec<usize> = (0..trusted.len()).step_by(2).collect();
     let fit = fold::fit(&measured, &every_other, contenders, measurer, settings)?;
+    let stamps = Some(timing::reference(&trusted, &every_other, &groups)?);
     let rest: Vec<Subject> = (1..trusted.len()).step_by(2).map(sound).collect();
     for subjects in [&rest, &others] {
-        judge("vio", "every other", subjects, &fit, measurer, &mut found)?;
+        judge(
+            ("vio", "every other"),
+            subjects,
+            (&fit, stamps.as_ref()),
+            measurer,
+            &mut found,
+        )?;
     }
     if one {
-        return Ok(found);
+        return Ok((found, left));
     }
     for fold in fold::by_group(&groups, FOLDS) {
         let fit = fold::fit(&measured, &fold.fitted, contenders, measurer, settings)?;
+        let stamps = timing::reference(&trusted, &fold.fitted, &groups)?;
+        let with = (&fit, Some(&stamps));
         let left_out: Vec<Subject> = fold.tested.iter().map(|log| sound(*log)).collect();
         judge(
-            "vio",
-            "group left out",
+            ("vio", "group left out"),
             &left_out,
-            &fit,
+            with,
             measurer,
             &mut found,
         )?;
@@ -212,9 +235,9 @@ pub fn vio(
                 recording: other.recording.clone(),
             })
             .collect();
-        judge("vio", "group left out", &same, &fit, measurer, &mut found)?;
+        judge(("vio", "group left out"), &same, with, measurer, &mut found)?;
     }
-    Ok(found)
+    Ok((found, left))
 }
 
 /// `kitti-estimates`: odometries on KITTI sequences, by detectors fitted to the reference of the others; the
@@ -234,7 +257,7 @@ pub fn kitti(
     if !folder.is_dir() {
         return Ok(Vec::new());
     }
-    let estimates = read(&folder, hertz, measurer.poses)?;
+    let estimates = read(&folder, hertz, measurer.poses, &mut Vec::new())?;
     let groups: Vec<usize> = (0..reference.len()).collect();
     let windows = measurer.windows(reference);
     let measured = Measured {
@@ -269,14 +292,8 @@ pub fn kitti(
             recording: String::new(),
         }));
         let fit = fold::fit(&measured, &fold.fitted, contenders, measurer, settings)?;
-        judge(
-            "kitti-estimates",
-            "sequence left out",
-            &subjects,
-            &fit,
-            measurer,
-            &mut found,
-        )?;
+        let protocol = ("kitti-estimates", "sequence left out");
+        judge(protocol, &subjects, (&fit, None), measurer, &mut found)?;
     }
     Ok(found)
 }
@@ -291,11 +308,11 @@ fn estimator(name: &str) -> String {
     known.map_or(name, |(_, estimator)| estimator).to_owned()
 }
 
+/// The stamps, where they are trusted, are one more row: the default with them as a test of its own.
 fn judge(
-    set: &'static str,
-    protocol: &'static str,
+    (set, protocol): (&'static str, &'static str),
     subjects: &[Subject],
-    fit: &FoldFit<'_>,
+    (fit, stamps): (&FoldFit<'_>, Option<&TimingReference>),
     measurer: &mut Measurer,
     found: &mut Vec<Judgement>,
 ) -> Result<()> {
@@ -307,28 +324,31 @@ fn judge(
             let windows = table.of_log(i);
             let rows = measurer.rows(&table, &windows, &contender.set()?, |_| fit.linear.all())?;
             let stretches: Vec<usize> = windows.iter().map(|&w| table.stretches[w]).collect();
-            let judged = fitted.judge(&rows, &stretches)?;
             let scores = fitted.scores(&rows)?;
-            let runs = super::judge::lowest_of_runs(&scores, &stretches, 3);
+            let worst = worst_run(&scores, &stretches, 3);
             let is_reference = set == "kitti-estimates" && subject.kind == "sound";
             let name = &subject.log.name;
-            found.push(Judgement {
+            let judgement = |contender: &'static str, judged: Judged| Judgement {
                 set,
                 protocol,
-                contender: contender.key,
+                contender,
                 kind: subject.kind.clone(),
                 log: name.clone(),
                 windows: windows.len(),
                 called: judged.called,
+                chance: judged.chance,
                 mean: judged.mean,
-                worst: runs
-                    .into_iter()
-                    .max()
-                    .map_or(judged.mean, |score| score.value()),
+                worst: worst.map_or(judged.mean, |score| score.value()),
                 defect: is_reference
                     .then(|| defects::known('K', name, 0..subject.log.len(), &subject.log))
                     .flatten(),
-            });
+            };
+            found.push(judgement(contender.key, fitted.judge(&rows, &stretches)?));
+            let test = stamps.and_then(|stamps| timing::test(stamps, &subject.log));
+            if let Some(test) = test.filter(|_| contender.key == DEFAULT) {
+                let judged = fitted.judge_with(&rows, &stretches, &[test])?;
+                found.push(judgement("default, stamps", judged));
+            }
         }
     }
     Ok(())
@@ -443,6 +463,7 @@ mod tests {
             log: String::new(),
             windows: 5,
             called,
+            chance: 0.5,
             mean,
             worst: -mean,
             defect: None,

@@ -40,6 +40,7 @@ pub fn markdown(record: &Record) -> String {
     called_tables(&mut text, record);
     timing_tables(&mut text, record);
     real_tables(&mut text, record);
+    not_judged(&mut text, &record.not_judged);
     text
 }
 
@@ -359,6 +360,12 @@ fn real_tables(text: &mut String, record: &Record) {
             text.push('\n');
             sound_called(text, &record.judgements, set, protocol);
         }
+    }
+}
+
+fn not_judged(text: &mut String, logs: &[String]) {
+    if !logs.is_empty() {
+        let _ = writeln!(text, "Logs that cannot be judged: {}.\n", logs.join("; "));
     }
 }
 

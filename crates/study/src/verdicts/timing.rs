@@ -7,6 +7,7 @@ use super::pieces::{self, Piece};
 use anyhow::Result;
 use dose3_datasets::faults::Fault;
 use dose3_datasets::{Trajectory, stretches};
+use dose3_ood::ExternalTest;
 use dose3_ood::timing::{Cadence, TimingReference};
 use serde::Serialize;
 use std::ops::Range;
@@ -87,7 +88,7 @@ pub fn run(
         let reference = reference(logs, &fold.fitted, groups)?;
         for log in fold.tested.iter().map(|log| &logs[*log]) {
             alarms.logs += 1;
-            let said = call(&reference, log.source_stamps());
+            let said = call(&reference, log);
             alarms
                 .called
                 .extend(said.map(|said| format!("{}: {said}", log.name)));
@@ -99,7 +100,7 @@ pub fn run(
                         Some(fault) => inject(fault, &piece.trajectory, seed)?,
                     };
                     cell.pieces += 1;
-                    if let Some(said) = call(&reference, faulty.source_stamps()) {
+                    if let Some(said) = call(&reference, &faulty) {
                         cell.called += 1;
                         cell.example.get_or_insert(said);
                     }
@@ -129,11 +130,22 @@ pub fn reference(
     Ok(TimingReference::fit(&cadences, &of)?)
 }
 
-/// What the stamps show, where they are unlike the trusted ones.
-fn call(reference: &TimingReference, stamps: &[i64]) -> Option<String> {
-    let verdict = reference.judge(&Cadence::of(stamps)?, ALPHA * SHARE);
+/// The stamps of a log as a test beside those of a detector; none without enough of them.
+pub fn test(reference: &TimingReference, log: &Trajectory) -> Option<ExternalTest> {
+    let verdict = reference.judge(&Cadence::of(log.source_stamps())?, ALPHA * SHARE);
     let said: Vec<String> = verdict.events.iter().map(ToString::to_string).collect();
-    (verdict.chance <= ALPHA * SHARE).then(|| said.join("; "))
+    Some(ExternalTest {
+        name: "stamps".to_owned(),
+        share: SHARE,
+        p_value: verdict.chance,
+        sentence: said.join("; "),
+    })
+}
+
+/// What the stamps show, where they are unlike the trusted ones.
+fn call(reference: &TimingReference, log: &Trajectory) -> Option<String> {
+    let test = test(reference, log)?;
+    (test.p_value <= ALPHA * SHARE).then_some(test.sentence)
 }
 
 /// Pieces of recorded logs; where a log has too short stretches, all of it.
