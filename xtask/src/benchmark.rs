@@ -8,6 +8,7 @@ use dose3_study::faults::{self, FaultOptions, Part, Section};
 use dose3_study::learned;
 use dose3_study::options::Options;
 use dose3_study::reproduction::{self, ReproductionOptions};
+use dose3_study::verdicts::{self, VerdictOptions};
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -32,6 +33,9 @@ pub struct BenchmarkArgs {
     /// Faults instead of the paper's table
     #[command(flatten)]
     pub faults: FaultArgs,
+    /// Verdicts on logs
+    #[command(flatten)]
+    pub verdicts: VerdictArgs,
     /// Everything that the paper shows
     #[command(flatten)]
     pub all: AllArgs,
@@ -109,10 +113,27 @@ pub struct FaultArgs {
     /// Seed of noise, fits and faults
     #[arg(long, default_value_t = 0, requires = "faults")]
     pub seed: u64,
-    /// Sections to run: windows, logs, controls, alarms, cells, near (default: all; --quick leaves
-    /// out near)
+    /// Sections to run: windows, logs, controls, alarms, cells, near, and into verdicts.json and verdicts.md
+    /// couplings, timing, short, lengths, few (default: all; --quick leaves out near and the verdicts)
     #[arg(long, value_delimiter = ',', requires = "faults")]
     pub only: Vec<Section>,
+}
+
+/// Arguments of `--real` and of the sections of `--faults` that are about verdicts.
+#[derive(Debug, Args)]
+pub struct VerdictArgs {
+    /// Judge real failures of odometries (vio, kitti-estimates); writes real.json and real.md
+    #[arg(long, conflicts_with_all = ["faults", "all", "synthetic", "retrain"])]
+    pub real: bool,
+    /// Rows of --real and of the verdicts to measure, by their names in the tables (default: all)
+    #[arg(long, value_delimiter = ',', value_name = "ROW")]
+    pub rows: Vec<String>,
+    /// Most pieces of logs a set (default: all; 6 with --quick)
+    #[arg(long, value_name = "N")]
+    pub pieces: Option<usize>,
+    /// Judge the test logs alone, not every group of logs left out in turn
+    #[arg(long)]
+    pub one_fold: bool,
 }
 
 /// Runs a benchmark and writes its results.
@@ -146,6 +167,9 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
     if args.all.all {
         return reproduce(args, &options);
     }
+    if args.verdicts.real {
+        return verdicts::real(&options, &fault_options(args));
+    }
     if args.faults.faults {
         return faults::run(&options, &fault_options(args));
     }
@@ -177,6 +201,11 @@ fn fault_options(args: &BenchmarkArgs) -> FaultOptions {
         stride: args.stride,
         steps: args.steps,
         draws: args.draws,
+        verdicts: VerdictOptions {
+            rows: args.verdicts.rows.clone(),
+            pieces: args.verdicts.pieces,
+            one_fold: args.verdicts.one_fold,
+        },
     }
 }
 

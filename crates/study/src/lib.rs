@@ -22,3 +22,4 @@ mod rows;
 mod sets;
 mod split;
 pub mod training;
+pub mod verdicts;

@@ -10,13 +10,13 @@ mod measure;
 mod methods;
 mod near;
 mod prober;
-mod protocol;
+pub(crate) mod protocol;
 mod record;
 mod render;
 mod summary;
 mod tables;
 mod window_tables;
-mod windows;
+pub(crate) mod windows;
 
 pub use protocol::Part;
 
@@ -24,6 +24,7 @@ use crate::data::DataRoot;
 use crate::options::Options;
 use crate::provenance::{Start, write_document};
 use crate::sets;
+use crate::verdicts::VerdictOptions;
 use anyhow::{Error, Result, bail};
 use dose3::Model;
 use dose3::atomic;
@@ -33,9 +34,9 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 /// Diffusion steps visited where `--steps` does not say.
-const STEPS: usize = 12;
+pub(crate) const STEPS: usize = 12;
 /// Noise draws where `--draws` does not say.
-const DRAWS: usize = 1;
+pub(crate) const DRAWS: usize = 1;
 /// Most places a set with --quick.
 const QUICK_SITES: usize = 40;
 
@@ -50,7 +51,7 @@ pub struct FaultOptions {
     pub sites: usize,
     /// Seed of noise, fits and faults.
     pub seed: u64,
-    /// Sections to run (none: all; a quick run leaves out near platforms).
+    /// Sections to run (none: all; a quick run leaves out near platforms and verdicts).
     pub only: Vec<Section>,
     /// Poses between the starts of windows that fit densities.
     pub stride: usize,
@@ -58,6 +59,8 @@ pub struct FaultOptions {
     pub steps: Option<usize>,
     /// Noise draws.
     pub draws: Option<usize>,
+    /// What the sections of [`Section::VERDICTS`] are told beside this.
+    pub verdicts: VerdictOptions,
 }
 
 /// A section of the run.
@@ -75,16 +78,40 @@ pub enum Section {
     Cells,
     /// Near platforms.
     Near,
+    /// Windows with faults of the coupling, and of the suite, against the same places without.
+    Couplings,
+    /// Faults of the stamps.
+    Timing,
+    /// Verdicts on pieces of 1000 poses with faults of 10, 30 and 100.
+    Short,
+    /// Verdicts on pieces of 300 and 5000 poses.
+    Lengths,
+    /// Verdicts by one, two, three and five trusted logs.
+    Few,
 }
 
 impl Section {
-    const ALL: [(Self, &str); 6] = [
+    /// The sections that [`crate::verdicts`] measures.
+    pub const VERDICTS: [Self; 5] = [
+        Self::Couplings,
+        Self::Timing,
+        Self::Short,
+        Self::Lengths,
+        Self::Few,
+    ];
+
+    const ALL: [(Self, &str); 11] = [
         (Self::Windows, "windows"),
         (Self::Logs, "logs"),
         (Self::Controls, "controls"),
         (Self::Alarms, "alarms"),
         (Self::Cells, "cells"),
         (Self::Near, "near"),
+        (Self::Couplings, "couplings"),
+        (Self::Timing, "timing"),
+        (Self::Short, "short"),
+        (Self::Lengths, "lengths"),
+        (Self::Few, "few"),
     ];
 }
 
@@ -105,7 +132,8 @@ impl FromStr for Section {
 impl FaultOptions {
     fn wants(&self, section: Section, quick: bool) -> bool {
         if self.only.is_empty() {
-            return !(quick && section == Section::Near);
+            let long = section == Section::Near || Section::VERDICTS.contains(&section);
+            return !(quick && long);
         }
         self.only.contains(&section)
     }
@@ -116,6 +144,17 @@ impl FaultOptions {
 /// # Errors
 /// Data that cannot be read, a model that does not fit, a failing fit.
 pub fn run(options: &Options, of_faults: &FaultOptions) -> Result<()> {
+    let (verdicts, others): (Vec<Section>, Vec<Section>) = Section::ALL
+        .into_iter()
+        .map(|(section, _)| section)
+        .filter(|section| of_faults.wants(*section, options.quick))
+        .partition(|section| Section::VERDICTS.contains(section));
+    if !verdicts.is_empty() {
+        crate::verdicts::faults(options, of_faults, &verdicts)?;
+    }
+    if others.is_empty() {
+        return Ok(());
+    }
     let start = Start::now(&options.command);
     let models = models(&of_faults.models)?;
     let header = &models[0].header;
@@ -176,7 +215,7 @@ pub fn run(options: &Options, of_faults: &FaultOptions) -> Result<()> {
     Ok(())
 }
 
-fn models(paths: &[PathBuf]) -> Result<Vec<Model>> {
+pub(crate) fn models(paths: &[PathBuf]) -> Result<Vec<Model>> {
     if paths.is_empty() {
         return Ok(vec![dose3::built_in::motion()?]);
     }
@@ -196,7 +235,11 @@ fn models(paths: &[PathBuf]) -> Result<Vec<Model>> {
 }
 
 /// The sets, with the folder of real ones; none where they are synthetic.
-fn load(options: &Options, part: Part, hertz: f64) -> Result<(Option<DataRoot>, Vec<LogSet>)> {
+pub(crate) fn load(
+    options: &Options,
+    part: Part,
+    hertz: f64,
+) -> Result<(Option<DataRoot>, Vec<LogSet>)> {
     let root = match options.synthetic {
         true => None,
         false => DataRoot::find_optional(options.data.as_deref())?,

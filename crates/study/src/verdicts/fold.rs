@@ -1,9 +1,11 @@
 //! Which logs are trusted while which are judged, and the contenders fitted to them.
 
 use super::contender::Contender;
-use super::judge::{Fitted, Settings};
-use super::table::{self, Measurer, Table};
-use crate::faults::protocol::{LogSet, Part};
+use super::judge::Fitted;
+use super::run::Run;
+use super::table::{self, Table};
+use crate::faults::Part;
+use crate::faults::protocol::LogSet;
 use anyhow::Result;
 use dose3_datasets::Trajectory;
 use dose3_ood::Place;
@@ -32,9 +34,9 @@ pub struct Measured<'a> {
 }
 
 /// Contenders fitted to the trusted logs of a fold; none where there is too little for one.
-pub struct FoldFit<'a> {
+pub struct FoldFit {
     /// In the order of the contenders.
-    pub fitted: Vec<(&'a Contender, Fitted)>,
+    pub fitted: Vec<(Contender, Fitted)>,
     /// For the block `lin`.
     pub linear: LinearReference,
 }
@@ -63,17 +65,11 @@ pub fn by_group(groups: &[usize], most: usize) -> Vec<Fold> {
     (0..folds).map(of).collect()
 }
 
-/// Fits all contenders.
+/// Fits all rows of a run.
 ///
 /// # Errors
 /// Trusted logs that are too short for any.
-pub fn fit<'a>(
-    measured: &Measured<'_>,
-    trusted: &[usize],
-    contenders: &'a [Contender],
-    measurer: &Measurer,
-    settings: &Settings,
-) -> Result<FoldFit<'a>> {
+pub fn fit(measured: &Measured<'_>, trusted: &[usize], run: &Run<'_>) -> Result<FoldFit> {
     let linear = table::linear(measured.logs, trusted, measured.groups)?;
     let table = &measured.table;
     let windows: Vec<usize> = trusted.iter().flat_map(|log| table.of_log(*log)).collect();
@@ -87,12 +83,14 @@ pub fn fit<'a>(
     };
     let places: Vec<Place> = windows.iter().map(place).collect();
     let mut fitted = Vec::new();
-    for contender in contenders {
-        let rows = measurer.rows(table, &windows, &contender.set()?, |log| {
-            linear.without(measured.groups[log])
-        })?;
-        match Fitted::fit(contender, &rows, &places, settings) {
-            Ok(fit) => fitted.push((contender, fit)),
+    for contender in &run.contenders {
+        let rows = run
+            .measurer
+            .rows(table, &windows, &contender.set()?, |log| {
+                linear.without(measured.groups[log])
+            })?;
+        match Fitted::fit(contender, &rows, &places, &run.settings) {
+            Ok(fit) => fitted.push((*contender, fit)),
             Err(error) => println!("{}: not fitted, {error:#}", contender.key),
         }
     }

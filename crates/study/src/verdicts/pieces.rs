@@ -96,7 +96,7 @@ pub fn run(
     pieces: &[Piece],
     (plan, trusted): (Plan, Option<usize>),
     faults: &[Fault],
-    fit: &FoldFit<'_>,
+    fit: &FoldFit,
     seed: u64,
     measurer: &mut Measurer,
 ) -> Result<Vec<Called>> {
@@ -186,7 +186,7 @@ fn with_faults(
 pub fn judge(
     table: &Table,
     pieces: usize,
-    fit: &FoldFit<'_>,
+    fit: &FoldFit,
     measurer: &Measurer,
 ) -> Result<Vec<(&'static str, Vec<usize>)>> {
     let mut all = Vec::new();

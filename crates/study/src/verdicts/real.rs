@@ -1,9 +1,10 @@
 //! Real failures: estimates of odometries, judged by detectors that were fitted to trusted logs.
 
-use super::contender::{Contender, DEFAULT};
+use super::contender::DEFAULT;
 use super::defects;
 use super::fold::{self, FoldFit, Measured};
-use super::judge::{Judged, Settings, worst_run};
+use super::judge::{Judged, worst_run};
+use super::run::Run;
 use super::table::Measurer;
 use super::timing;
 use crate::data::DataRoot;
@@ -159,25 +160,19 @@ pub fn trusted_vio(root: &DataRoot) -> Result<Option<(Vec<Trajectory>, Vec<usize
 ///
 /// # Errors
 /// Logs that cannot be read or judged.
-pub fn vio(
-    root: &DataRoot,
-    hertz: f64,
-    contenders: &[Contender],
-    one: bool,
-    settings: &Settings,
-    measurer: &mut Measurer,
-) -> Result<(Vec<Judgement>, Vec<String>)> {
+pub fn vio(root: &DataRoot, run: &mut Run<'_>) -> Result<(Vec<Judgement>, Vec<String>)> {
+    let (hertz, poses) = (run.hertz, run.measurer.poses);
     let folder = root.path.join("vio");
     let mut left = Vec::new();
     if !folder.is_dir() {
         return Ok((Vec::new(), left));
     }
-    let trusted = read(&folder.join("trusted"), hertz, measurer.poses, &mut left)?;
+    let trusted = read(&folder.join("trusted"), hertz, poses, &mut left)?;
     let recordings: Vec<String> = trusted.iter().map(|log| recording(&log.name)).collect();
     let groups = numbers(&recordings);
     let mut others = Vec::new();
     for kind in ["diverged", "wrong", "agrees"] {
-        for log in read(&folder.join(kind), hertz, measurer.poses, &mut left)? {
+        for log in read(&folder.join(kind), hertz, poses, &mut left)? {
             others.push(Subject {
                 kind: kind.to_owned(),
                 recording: recording(&log.name),
@@ -185,9 +180,9 @@ pub fn vio(
             });
         }
     }
-    let windows = measurer.windows(&trusted);
+    let windows = run.measurer.windows(&trusted);
     let measured = Measured {
-        table: measurer.measure(&trusted, &windows)?,
+        table: run.measurer.measure(&trusted, &windows)?,
         logs: &trusted,
         groups: &groups,
     };
@@ -199,7 +194,7 @@ pub fn vio(
     };
     // Every other trusted log; the rest is sound.
     let every_other: Vec<usize> = (0..trusted.len()).step_by(2).collect();
-    let fit = fold::fit(&measured, &every_other, contenders, measurer, settings)?;
+    let fit = fold::fit(&measured, &every_other, run)?;
     let stamps = Some(timing::reference(&trusted, &every_other, &groups)?);
     let rest: Vec<Subject> = (1..trusted.len()).step_by(2).map(sound).collect();
     for subjects in [&rest, &others] {
@@ -207,15 +202,15 @@ pub fn vio(
             ("vio", "every other"),
             subjects,
             (&fit, stamps.as_ref()),
-            measurer,
+            &mut run.measurer,
             &mut found,
         )?;
     }
-    if one {
+    if run.one_fold() {
         return Ok((found, left));
     }
     for fold in fold::by_group(&groups, FOLDS) {
-        let fit = fold::fit(&measured, &fold.fitted, contenders, measurer, settings)?;
+        let fit = fold::fit(&measured, &fold.fitted, run)?;
         let stamps = timing::reference(&trusted, &fold.fitted, &groups)?;
         let with = (&fit, Some(&stamps));
         let left_out: Vec<Subject> = fold.tested.iter().map(|log| sound(*log)).collect();
@@ -223,7 +218,7 @@ pub fn vio(
             ("vio", "group left out"),
             &left_out,
             with,
-            measurer,
+            &mut run.measurer,
             &mut found,
         )?;
         let same: Vec<Subject> = others
@@ -235,7 +230,13 @@ pub fn vio(
                 recording: other.recording.clone(),
             })
             .collect();
-        judge(("vio", "group left out"), &same, with, measurer, &mut found)?;
+        judge(
+            ("vio", "group left out"),
+            &same,
+            with,
+            &mut run.measurer,
+            &mut found,
+        )?;
     }
     Ok((found, left))
 }
@@ -247,21 +248,19 @@ pub fn vio(
 /// Logs that cannot be read or judged.
 pub fn kitti(
     root: &DataRoot,
-    (reference, hertz): (&[Trajectory], f64),
-    contenders: &[Contender],
-    one: bool,
-    settings: &Settings,
-    measurer: &mut Measurer,
-) -> Result<Vec<Judgement>> {
+    reference: &[Trajectory],
+    run: &mut Run<'_>,
+) -> Result<(Vec<Judgement>, Vec<String>)> {
+    let mut left = Vec::new();
     let folder = root.path.join("kitti-estimates");
     if !folder.is_dir() {
-        return Ok(Vec::new());
+        return Ok((Vec::new(), left));
     }
-    let estimates = read(&folder, hertz, measurer.poses, &mut Vec::new())?;
+    let estimates = read(&folder, run.hertz, run.measurer.poses, &mut left)?;
     let groups: Vec<usize> = (0..reference.len()).collect();
-    let windows = measurer.windows(reference);
+    let windows = run.measurer.windows(reference);
     let measured = Measured {
-        table: measurer.measure(reference, &windows)?,
+        table: run.measurer.measure(reference, &windows)?,
         logs: reference,
         groups: &groups,
     };
@@ -283,7 +282,7 @@ pub fn kitti(
                 recording: String::new(),
             })
             .collect();
-        if one && subjects.is_empty() {
+        if run.one_fold() && subjects.is_empty() {
             continue;
         }
         subjects.extend(fold.tested.iter().map(|log| Subject {
@@ -291,11 +290,17 @@ pub fn kitti(
             log: reference[*log].clone(),
             recording: String::new(),
         }));
-        let fit = fold::fit(&measured, &fold.fitted, contenders, measurer, settings)?;
+        let fit = fold::fit(&measured, &fold.fitted, run)?;
         let protocol = ("kitti-estimates", "sequence left out");
-        judge(protocol, &subjects, (&fit, None), measurer, &mut found)?;
+        judge(
+            protocol,
+            &subjects,
+            (&fit, None),
+            &mut run.measurer,
+            &mut found,
+        )?;
     }
-    Ok(found)
+    Ok((found, left))
 }
 
 fn estimator(name: &str) -> String {
@@ -312,7 +317,7 @@ fn estimator(name: &str) -> String {
 fn judge(
     (set, protocol): (&'static str, &'static str),
     subjects: &[Subject],
-    (fit, stamps): (&FoldFit<'_>, Option<&TimingReference>),
+    (fit, stamps): (&FoldFit, Option<&TimingReference>),
     measurer: &mut Measurer,
     found: &mut Vec<Judgement>,
 ) -> Result<()> {

@@ -16,19 +16,11 @@ pub fn markdown(record: &Record) -> String {
     } else {
         ""
     };
+    let [command, where_from] = record.provenance.lines();
     let _ = writeln!(
         text,
-        "`cargo xtask {}`\n{synthetic}Commit {}, {}, {:.0} s; {} logs, density `{}`.\n",
-        record.command,
-        record.commit,
-        record.machine,
-        record.seconds,
-        if record.part == crate::faults::protocol::Part::Validation {
-            "validation"
-        } else {
-            "test"
-        },
-        record.density,
+        "{command}\n\n{synthetic}{where_from}; {} logs, density `{}`.\n",
+        record.part, record.density,
     );
     let rows: Vec<String> = record
         .contenders

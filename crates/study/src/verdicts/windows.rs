@@ -37,7 +37,7 @@ pub fn run(
     set: char,
     (logs, sites): (&[Trajectory], &[Site]),
     faults: &[(&'static str, Fault)],
-    fit: &FoldFit<'_>,
+    fit: &FoldFit,
     seed: u64,
     measurer: &mut Measurer,
 ) -> Result<Vec<FaultCell>> {
@@ -83,7 +83,7 @@ pub fn run(
 fn scores(
     logs: &[Trajectory],
     middles: &[usize],
-    fit: &FoldFit<'_>,
+    fit: &FoldFit,
     measurer: &mut Measurer,
 ) -> Result<Vec<Vec<dose3_ood::Score>>> {
     let windows: Vec<Window> = logs

@@ -1,0 +1,180 @@
+//! The sections of a run on injected faults.
+
+use super::fold::{self, Measured};
+use super::pieces::{self, Plan};
+use super::run::Run;
+use super::{Record, timing, windows};
+use crate::faults::Section;
+use crate::faults::protocol::LogSet;
+use crate::faults::windows::sites;
+use anyhow::Result;
+use dose3_datasets::Trajectory;
+use dose3_datasets::faults::Fault;
+
+/// Numbers of trusted logs of [`Section::Few`].
+const FEW: [usize; 4] = [1, 2, 3, 5];
+/// Most choices of so few logs.
+const CHOICES: usize = 4;
+/// Most pieces judged by so few.
+const FEW_PIECES: usize = 24;
+/// Every so many faults are enough for them: all would say the same at greater length.
+const FEW_FAULTS: usize = 5;
+
+/// Faults of the stamps.
+///
+/// # Errors
+/// A fault that cannot be injected.
+pub fn stamps(
+    run: &Run<'_>,
+    name: &str,
+    (logs, groups): (&[Trajectory], &[usize]),
+    record: &mut Record,
+) -> Result<()> {
+    let faults = run.severities(Fault::timing());
+    let of = (faults.as_slice(), run.most_pieces());
+    match timing::run(name, logs, groups, of, run.seed())? {
+        None => record.without_stamps.push(name.to_owned()),
+        Some((cells, alarms)) => {
+            record.timing.extend(cells);
+            record.timing_alarms.push(alarms);
+        }
+    }
+    Ok(())
+}
+
+/// All sections of one set that need fits.
+///
+/// # Errors
+/// A failing network or fit.
+pub fn of_set(
+    run: &mut Run<'_>,
+    set: &LogSet,
+    sections: &[Section],
+    record: &mut Record,
+) -> Result<()> {
+    let groups = set.groups();
+    let cut = run.measurer.windows(&set.logs);
+    let measured = Measured {
+        table: run.measurer.measure(&set.logs, &cut)?,
+        logs: &set.logs,
+        groups: &groups,
+    };
+    println!("{}: {} windows", set.name, cut.len());
+    if sections.contains(&Section::Couplings) {
+        couplings(run, set, &measured, record)?;
+    }
+    let mut plans = Vec::new();
+    if sections.contains(&Section::Short) {
+        plans.extend([100, 30, 10].map(|faulty| Plan {
+            length: 1000,
+            faulty,
+        }));
+    }
+    if sections.contains(&Section::Lengths) {
+        plans.extend([300, 5000].map(|length| Plan {
+            length,
+            faulty: 100,
+        }));
+    }
+    if !plans.is_empty() {
+        called(run, set, &measured, &plans, record)?;
+    }
+    if sections.contains(&Section::Few) {
+        few(run, set, &measured, record)?;
+    }
+    Ok(())
+}
+
+/// The faults of both lists.
+fn faults(run: &Run<'_>) -> Vec<(&'static str, Fault)> {
+    let lists = [("suite", Fault::suite()), ("couplings", Fault::couplings())];
+    let named = lists.into_iter().flat_map(|(name, list)| {
+        let faults = run.severities(list).into_iter();
+        faults.map(move |fault| (name, fault))
+    });
+    named.collect()
+}
+
+fn couplings(
+    run: &mut Run<'_>,
+    set: &LogSet,
+    measured: &Measured<'_>,
+    record: &mut Record,
+) -> Result<()> {
+    let fold = &fold::of_set(set, run.part(), true)[0];
+    let fit = fold::fit(measured, &fold.fitted, run)?;
+    let places = sites(&set.logs, &fold.tested, run.most_sites());
+    let (faults, seed) = (faults(run), run.seed());
+    let at = (set.logs.as_slice(), places.as_slice());
+    let found = windows::run(set.letter, at, &faults, &fit, seed, &mut run.measurer)?;
+    record.windows.extend(found);
+    println!("{}: windows with {} faults", set.name, faults.len());
+    Ok(())
+}
+
+fn called(
+    run: &mut Run<'_>,
+    set: &LogSet,
+    measured: &Measured<'_>,
+    plans: &[Plan],
+    record: &mut Record,
+) -> Result<()> {
+    let faults: Vec<Fault> = faults(run).into_iter().map(|(_, fault)| fault).collect();
+    let folds = fold::of_set(set, run.part(), run.one_fold());
+    let most = run.most_pieces().div_ceil(folds.len());
+    for fold in &folds {
+        let fit = fold::fit(measured, &fold.fitted, run)?;
+        for plan in plans {
+            let pieces = pieces::of_logs(&set.logs, &fold.tested, plan.length, most);
+            if pieces.is_empty() {
+                continue;
+            }
+            let (what, seed) = ((*plan, None), run.seed());
+            let measurer = &mut run.measurer;
+            let found = pieces::run(set.letter, &pieces, what, &faults, &fit, seed, measurer)?;
+            pieces::add(&mut record.called, found);
+        }
+        println!("{}: one of {} folds judged", set.name, folds.len());
+    }
+    Ok(())
+}
+
+/// Few trusted logs, chosen one after the other from up to four places on; the others are judged.
+fn few(
+    run: &mut Run<'_>,
+    set: &LogSet,
+    measured: &Measured<'_>,
+    record: &mut Record,
+) -> Result<()> {
+    let plan = Plan {
+        length: 1000,
+        faulty: 100,
+    };
+    let faults: Vec<Fault> = faults(run)
+        .into_iter()
+        .map(|(_, fault)| fault)
+        .step_by(FEW_FAULTS)
+        .collect();
+    let count = measured.groups.iter().max().map_or(0, |last| last + 1);
+    let choices = CHOICES.min(count);
+    for trusted in FEW.into_iter().filter(|trusted| *trusted < count) {
+        for choice in 0..choices {
+            let first = choice * count / choices;
+            let chosen: Vec<usize> = (0..trusted).map(|i| (first + i) % count).collect();
+            let one_of = |group: &usize| measured.groups.iter().position(|of| of == group);
+            let fitted: Vec<usize> = chosen.iter().filter_map(one_of).collect();
+            let tested: Vec<usize> = (0..set.logs.len())
+                .filter(|log| !chosen.contains(&measured.groups[*log]))
+                .collect();
+            let fit = fold::fit(measured, &fitted, run)?;
+            let most = run.most_pieces().min(FEW_PIECES).div_ceil(choices);
+            let pieces = pieces::of_logs(&set.logs, &tested, plan.length, most);
+            let (what, seed) = ((plan, Some(trusted)), run.seed());
+            let measurer = &mut run.measurer;
+            let found = pieces::run(set.letter, &pieces, what, &faults, &fit, seed, measurer)?;
+            pieces::add(&mut record.called, found);
+        }
+    }
+    println!("{}: few trusted logs", set.name);
+    Ok(())
+}
