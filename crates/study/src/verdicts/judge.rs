@@ -252,7 +252,11 @@ mod tests {
 
     #[test]
     fn a_baseline_calls_what_lies_apart() {
-        let wave = |i: usize, k: f64| (i as f64 * k).sin();
+        let wave = |i: usize, k: f64| {
+            (1..7)
+                .map(|j| (i as f64 * k * f64::from(j * j)).sin())
+                .sum()
+        };
         let (mut rows, mut places) = (Vec::new(), Vec::new());
         for log in 0..6 {
             for i in 0..60 {
@@ -280,7 +284,7 @@ mod tests {
             let sound = &rows[60..90];
             let mut apart = sound.to_vec();
             for row in &mut apart[10..14] {
-                row[0] = 20.0;
+                row.fill(20.0);
             }
             let called = |rows: &[Vec<f64>]| fitted.judge(rows, &vec![0; rows.len()]).unwrap();
             assert!(!called(sound).called);

@@ -87,10 +87,12 @@ pub fn faults(options: &Options, of_faults: &FaultOptions, sections: &[Section])
             parts::of_set(&mut run, set, sections, &mut record)?;
         }
     }
-    if let Some(root) = root.filter(|_| sections.contains(&Section::Timing)) {
-        if let Some((logs, groups)) = real::trusted_vio(&root)? {
-            parts::stamps(&run, "vio", (&logs, &groups), &mut record)?;
-        }
+    let vio = match root.filter(|_| sections.contains(&Section::Timing)) {
+        Some(root) => real::trusted_vio(&root)?,
+        None => None,
+    };
+    if let Some((logs, groups)) = vio {
+        parts::stamps(&run, "vio", (&logs, &groups), &mut record)?;
     }
     record.provenance = start.finish();
     let name = match record.synthetic {
