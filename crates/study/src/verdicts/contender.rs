@@ -1,7 +1,7 @@
 //! The rows of every table: what is compared.
 
 use anyhow::Result;
-use dose3::fit::MOTION_STATISTICS;
+use dose3::detector::MOTION_STATISTICS;
 use dose3_ood::{Combination, StatisticsSet};
 
 /// One way to judge.
@@ -46,9 +46,10 @@ const fn block(key: &'static str) -> Contender {
 pub const DEFAULT: &str = "default";
 
 /// All of them.
-pub const CONTENDERS: [Contender; 8] = [
+pub const CONTENDERS: [Contender; 9] = [
     detector(DEFAULT, MOTION_STATISTICS),
     detector("no network", "kinematic,differences,lin"),
+    detector("no network + cc", "kinematic,differences,lin,cc"),
     block("kinematic"),
     block("differences"),
     block("lin"),

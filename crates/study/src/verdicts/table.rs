@@ -55,7 +55,7 @@ impl Measurer {
             steps: steps.min(model.header.process.steps),
             draws,
             seed,
-            sharing: NoiseSharing::Common,
+            sharing: NoiseSharing::Shared,
         };
         let probe = Probe::for_sets(model, &plan, sets, computing)?;
         Ok(Self {
