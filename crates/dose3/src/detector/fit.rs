@@ -64,6 +64,8 @@ pub struct FitOptions {
     pub combination: Option<Combination>,
     /// Share of alpha of each test of the statistics, in (0, 1]; they sum to 1. By default equal shares.
     pub shares: Option<Vec<f64>>,
+    /// Share of the alpha of a test of several blocks that its blocks have as tests of their own; in [0, 1).
+    pub alone: f64,
     /// Whether trusted logs that share a recording ([`dose3_datasets::overlaps`]) are one group, whatever their
     /// groups say.
     pub join_overlapping: bool,
@@ -94,6 +96,7 @@ impl Default for FitOptions {
             density: DensityConfig::default(),
             combination: None,
             shares: None,
+            alone: 0.0,
             join_overlapping: true,
             timing: true,
             calibration: true,
@@ -316,6 +319,7 @@ impl DetectorBuilder {
             density: options.density.clone(),
             combination: options.combination.unwrap_or(usual),
             shares: options.shares.clone(),
+            alone: options.alone,
             keep_all: options.keep_all,
             overlap: model.header.window.div_ceil(options.stride),
             alpha: options.alpha,

@@ -91,15 +91,14 @@ pub(super) fn judge(
     let (config, calibration) = (&detector.config, &detector.calibration);
     let left = share_left(external)?;
     let durations = config.durations();
-    let names = config.statistics.test_names();
-    let own = detector.runs.iter().zip(config.shares()).enumerate();
+    let own = detector.runs.iter().zip(config.tests()).enumerate();
     let mut tests: Vec<TestVerdict> = own
-        .filter_map(|(index, (reference, share))| {
+        .filter_map(|(index, (reference, planned))| {
             let scores: Vec<Score> = scored.iter().map(|s| s.tests[index]).collect();
             let run = reference.worst_run(&scores, stretches, &durations)?;
             Some(TestVerdict {
-                name: names[index].clone(),
-                share: share * left,
+                name: planned.name,
+                share: planned.share * left,
                 p_value: run.p_value,
                 evidence: Evidence::Run(run),
             })
