@@ -261,4 +261,11 @@ fn unwritable_output_is_told_before_the_work() {
         ],
         &["is a folder", "name of a file"],
     );
+    // A file where a folder must be.
+    let log = text(&logs.join("vehicle_0.txt"));
+    let out = format!("{log}/detector.dose3");
+    refused(
+        ["fit", "--trusted", &log, "--out", &out],
+        &["cannot write into", "vehicle_0.txt"],
+    );
 }

@@ -366,6 +366,56 @@ fn inspect_says_what_a_log_holds() {
     }
 }
 
+/// Names tell logs apart, a log that is named twice is judged once, and older names of flags still work.
+#[test]
+fn equal_file_names_are_told_apart_and_old_flags_work() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+    let log = text(&write_logs(&a, Platform::Vehicle, 3, 700)[0]);
+    write_logs(&b, Platform::Vehicle, 1, 700);
+    let fit = |name: &str, flags: &[&str]| {
+        let out = text(&folder.path().join(name));
+        let args = [
+            "fit",
+            "--trusted",
+            &text(&a),
+            "--statistics",
+            "residual",
+            "--out",
+            &out,
+        ]
+        .map(String::from);
+        let settings = ["--steps", "6", "--density", "mixture:1"].map(String::from);
+        let flags = flags.iter().map(|flag| (*flag).to_string());
+        expect_code(&dose3(args.into_iter().chain(settings).chain(flags)), 0);
+        out
+    };
+    let detector = fit("new.dose3", &["--noise", "own"]);
+    let old = fit("old.dose3", &["--own-noise"]);
+    let bytes = |path: &str| std::fs::read(path).expect("bytes");
+    assert_eq!(bytes(&detector), bytes(&old));
+    let run = dose3([
+        "score",
+        "--detector",
+        &detector,
+        "--json",
+        &text(&b),
+        &text(&a),
+        &log,
+    ]);
+    let value: serde_json::Value = serde_json::from_str(&stdout(&run)).expect("JSON");
+    let logs = value["logs"].as_array().expect("logs");
+    let names: Vec<&str> = logs
+        .iter()
+        .filter_map(|l| l["log"]["name"].as_str())
+        .collect();
+    assert_eq!(
+        names,
+        ["b/vehicle_0", "a/vehicle_0", "vehicle_1", "vehicle_2"]
+    );
+    tiny_model(folder.path(), &["--protocol", "motion"]);
+}
+
 #[test]
 fn help_names_every_subcommand_and_the_exit_codes() {
     let run = dose3(["--help"]);

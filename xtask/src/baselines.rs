@@ -40,7 +40,7 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
     use dose3_datasets::{LoadOptions, load_all};
     use dose3_study::learned::{Options, train_on, training_logs};
 
-    dose3::backend::use_threads(args.threads)?;
+    crate::use_threads(args.threads)?;
     let root = dose3_study::data::DataRoot::find(args.data.as_deref())?;
     let logs = training_logs(&load_all(&[root.kitti()?], &LoadOptions::default())?)?;
     for baseline in Baseline::ALL {

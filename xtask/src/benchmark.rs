@@ -1,8 +1,9 @@
 //! `cargo xtask benchmark`: the command line of the study's benchmarks.
 
+use crate::use_threads;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
-use dose3::backend::{Backend, Computing, use_threads};
+use dose3::backend::{Backend, Computing};
 use dose3_study::benchmark::{self, Source, TableOptions};
 use dose3_study::faults::{self, FaultOptions, Part, Section};
 use dose3_study::learned;

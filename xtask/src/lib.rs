@@ -9,3 +9,12 @@ pub mod benchmark;
 pub mod ci;
 pub mod fetch;
 pub mod train;
+
+/// Sizes rayon's global pool, once, at the start of a command; 0 means all cores. Results do not depend on it.
+///
+/// # Errors
+/// A pool that is running already.
+pub fn use_threads(threads: usize) -> anyhow::Result<()> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    Ok(pool.build_global()?)
+}

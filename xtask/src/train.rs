@@ -1,9 +1,10 @@
 //! `cargo xtask train-release-model`: the weights that ship with the program, and those of the study.
 
+use crate::use_threads;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use dose3::atomic;
-use dose3::backend::{Backend, use_threads};
+use dose3::backend::Backend;
 use dose3::progress::Progress;
 use dose3::train::{HoldOut, train};
 use dose3_cli::plot;

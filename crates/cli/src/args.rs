@@ -61,7 +61,7 @@ pub struct Reading {
     /// format's)
     #[arg(long, value_name = "FRAME")]
     pub frame: Option<Frame>,
-    /// Rate of logs without stamps, hertz (default: the data set's nominal rate)
+    /// Rate of logs without stamps, or whose stamps only count poses, hertz (default: the data set's)
     #[arg(long, value_name = "HZ")]
     pub nominal_rate: Option<f64>,
     /// Metres in one unit of the logs' positions

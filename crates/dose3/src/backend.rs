@@ -81,21 +81,6 @@ impl Computing {
     }
 }
 
-/// Sizes rayon's global pool, in which everything is computed that is not called from within
-/// another pool: once, at the start of a program; 0 means all cores. Results do not depend on it.
-///
-/// # Errors
-/// A pool that is running already.
-pub fn use_threads(threads: usize) -> Result<()> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build_global()
-        .map_err(|e| Error::Threads {
-            threads,
-            reason: e.to_string(),
-        })
-}
-
 impl Backend {
     /// Puts both networks on this backend; the engine uses at most `threads` (0: all)
     /// of rayon's current pool.

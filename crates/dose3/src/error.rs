@@ -242,14 +242,6 @@ pub enum Error {
         /// What it said.
         reason: Box<Error>,
     },
-    /// A thread pool that cannot be had.
-    #[error("cannot start {threads} threads: {reason}")]
-    Threads {
-        /// Threads asked for.
-        threads: usize,
-        /// What rayon said.
-        reason: String,
-    },
     /// A checkpoint that this run cannot go on from.
     #[error(
         "{reason}; delete the checkpoint to start afresh, or repeat the settings of the first run"

@@ -39,6 +39,28 @@ fn a_detector_comes_back_from_bytes_and_judges_the_same_on_any_number_of_threads
 }
 
 #[test]
+fn threads_may_share_a_detector() {
+    fn shared<T: Send + Sync>(_: &T) {}
+    let detector = builder("kinematic")
+        .fit(&suite(Platform::Vehicle, 3, 1))
+        .unwrap();
+    shared(&detector);
+    let logs = suite(Platform::Vehicle, 2, 9);
+    let alone: Vec<Report> = logs
+        .iter()
+        .map(|log| detector.judge(log).unwrap())
+        .collect();
+    let together: Vec<Report> = std::thread::scope(|scope| {
+        let judge = |log| scope.spawn(|| detector.judge(log).unwrap());
+        let all: Vec<_> = logs.iter().map(judge).collect();
+        all.into_iter()
+            .map(|thread| thread.join().unwrap())
+            .collect()
+    });
+    assert_eq!(alone, together);
+}
+
+#[test]
 fn every_fact_stands_once_in_the_file() {
     let fitted = builder("residual")
         .seed(7)

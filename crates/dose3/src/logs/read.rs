@@ -2,7 +2,8 @@
 
 use crate::error::{Error, Result, Setting};
 use dose3_datasets::{
-    Frame, LoadOptions, RateSource, Trajectory, discover, load, load_all, make_unique,
+    Frame, LoadOptions, Rate, RateSource, Remark, RemarkKind, Trajectory, discover, load, load_all,
+    make_unique,
 };
 use std::collections::HashSet;
 use std::fs::canonicalize;
@@ -15,7 +16,7 @@ pub struct ReadOptions {
     pub load: LoadOptions,
     /// Body frame, where the format's is wrong.
     pub frame: Option<Frame>,
-    /// Rate of logs without stamps, hertz.
+    /// Rate of logs without stamps, or whose stamps only count poses, hertz.
     pub nominal_rate: Option<f64>,
     /// Metres in one unit of position.
     pub unit: f64,
@@ -123,7 +124,8 @@ pub fn apply(t: &mut Trajectory, options: &ReadOptions) -> Result<()> {
             .for_each(|p| p.translation *= options.unit);
     }
     if let Some(hertz) = options.nominal_rate {
-        if t.rate.source == RateSource::Stamps {
+        let counts = |remark: &Remark| remark.kind == RemarkKind::StampsAreAnIndex;
+        if t.rate.source == RateSource::Stamps && !t.report.remarks.iter().any(counts) {
             return Err(Error::HasStamps {
                 log: t.name.clone(),
                 hertz: t.rate.hertz,
@@ -133,7 +135,10 @@ pub fn apply(t: &mut Trajectory, options: &ReadOptions) -> Result<()> {
         for (i, stamp) in t.stamps.iter_mut().enumerate() {
             *stamp = (i as f64 * step).round() as i64;
         }
-        t.rate.hertz = hertz;
+        t.rate = Rate {
+            hertz,
+            source: RateSource::Nominal,
+        };
     }
     Ok(())
 }
