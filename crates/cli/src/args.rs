@@ -57,10 +57,13 @@ pub struct Reading {
     /// Format of the logs (default: told by content)
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<Format>,
-    /// Body frame of the logs: camera-rdf, body-frd, body-flu, object, sensor (default: the
-    /// format's)
-    #[arg(long, value_name = "FRAME")]
-    pub frame: Option<Frame>,
+    /// Body frame of logs whose format does not say it: camera-rdf, body-frd, body-flu, object, sensor;
+    /// LOG=FRAME for one log, whatever its format says
+    #[arg(long, value_name = "FRAME|LOG=FRAME")]
+    pub frame: Vec<FrameOf>,
+    /// Poses a second, in place of the stamps in the file: an index, all the same, missing
+    #[arg(long, value_name = "HZ")]
+    pub rate: Option<f64>,
     /// Rate of logs without stamps, or whose stamps only count poses, hertz (default: the data set's)
     #[arg(long, value_name = "HZ")]
     pub nominal_rate: Option<f64>,
@@ -89,12 +92,48 @@ pub struct Reading {
     /// Topics of a recording (default: its only topic of poses)
     #[arg(long, value_name = "TOPIC")]
     pub topic: Vec<String>,
-    /// Parent and child frame to be looked up in a recording's transforms
-    #[arg(long, num_args = 2, value_names = ["PARENT", "CHILD"])]
-    pub tf: Option<Vec<String>>,
-    /// Stamps of a recording are the times of recording, not those in the messages
-    #[arg(long)]
-    pub record_time: bool,
+    /// Parent and child frame, like map:base_link, to be looked up in a recording's transforms
+    #[arg(long, value_name = "PARENT:CHILD", value_parser = frames)]
+    pub tf: Option<(String, String)>,
+    /// Stamps of a recording: those in the headers of messages, or the times of recording
+    #[arg(long, value_enum, default_value_t, value_name = "WHICH")]
+    pub stamp: StampName,
+}
+
+/// Two frames with a colon between.
+fn frames(text: &str) -> Result<(String, String), String> {
+    match text.split_once(':') {
+        Some((parent, child)) if !parent.is_empty() && !child.is_empty() => {
+            Ok((parent.to_owned(), child.to_owned()))
+        }
+        _ => Err("expected two frames like map:base_link".to_owned()),
+    }
+}
+
+/// Which time of a message is its stamp.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum StampName {
+    #[default]
+    Header,
+    Record,
+}
+
+/// A body frame of all logs whose format does not say it, or `LOG=FRAME` of one log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FrameOf {
+    Unknown(Frame),
+    Log(String, Frame),
+}
+
+impl std::str::FromStr for FrameOf {
+    type Err = dose3_datasets::Error;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text.rsplit_once('=') {
+            Some((log, frame)) => Ok(Self::Log(log.to_owned(), frame.parse()?)),
+            None => Ok(Self::Unknown(text.parse()?)),
+        }
+    }
 }
 
 /// Where networks run.
@@ -154,7 +193,7 @@ pub struct Train {
     pub hold_out: Vec<String>,
     /// Resample faster logs to this rate first, hertz
     #[arg(long, value_name = "HZ")]
-    pub rate: Option<f64>,
+    pub resample: Option<f64>,
     /// Width of the first level of both networks
     #[arg(long, value_name = "N", default_value_t = 16)]
     pub width: usize,

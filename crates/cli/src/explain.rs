@@ -3,7 +3,7 @@
 use dose3::Error;
 use dose3::error::Setting;
 use dose3::logs::Note;
-use dose3_datasets::ReadOption;
+use dose3_datasets::{ReadOption, Remark};
 
 /// The whole error in one line, with a hint where a flag of this program helps.
 pub fn explain(error: &anyhow::Error) -> String {
@@ -18,9 +18,21 @@ pub fn explain(error: &anyhow::Error) -> String {
         }
     }
     let known = error.chain().find_map(|c| c.downcast_ref::<Error>());
+    // An error of reading has its hint, which lacks only the flag.
+    if let Some(option) = known.and_then(read_option) {
+        return format!("{text} ({})", flag_of_reading(option));
+    }
     match known.and_then(hint) {
         Some(hint) => format!("{text}; hint: {hint}"),
         None => text,
+    }
+}
+
+/// A remark on how a log was read, with the flag that decides it.
+pub fn remark_with_flag(remark: &Remark) -> String {
+    match remark.option {
+        Some(option) => format!("{remark} ({})", flag_of_reading(option)),
+        None => remark.to_string(),
     }
 }
 
@@ -39,19 +51,17 @@ fn hint(error: &Error) -> Option<String> {
         Error::File { reason, .. } | Error::Log { reason, .. } | Error::Backend { reason, .. } => {
             return hint(reason);
         }
-        Error::Data(dose3_datasets::Error::Input(input)) => {
-            format!("{} says otherwise", flag_of_reading(input.option?))
-        }
         Error::NotADetector => "make a detector of it with `dose3 fit --model`".into(),
         Error::Setting { setting, .. } => format!("it is set by {}", flag(*setting)?),
         Error::UnknownName { what: "log", .. } => "logs are held out with --hold-out".into(),
         Error::AllHeldOut { .. } => "--hold-out names the logs held out".into(),
+        Error::UnknownRate { .. } => "name it with --rate".into(),
         Error::HasStamps { .. } => "leave --nominal-rate out".into(),
         Error::Frame { .. } => "name them with --frame (camera-rdf, body-frd, body-flu, object \
                                 or sensor)"
             .into(),
         Error::MixedFrames { .. } => "--frame names the body axes of all logs".into(),
-        Error::MixedRates { expected, .. } => format!("--rate {expected:.1} resamples"),
+        Error::MixedRates { expected, .. } => format!("--resample {expected:.1} resamples"),
         Error::NotMetres { .. } => {
             "name the unit of its positions with --unit (0.001 for millimetres)".into()
         }
@@ -60,17 +70,26 @@ fn hint(error: &Error) -> Option<String> {
                 true => "if that is not its rate, name it with --nominal-rate, else ",
                 false => "",
             };
-            format!("{named}train and fit at its rate (train --rate {found:.4})")
+            format!("{named}train and fit at its rate (train --resample {found:.4})")
         }
         Error::MissingBackend { feature, .. } => format!("rebuild with `--features {feature}`"),
         _ => return None,
     })
 }
 
+/// The setting of reading that an error points to.
+fn read_option(error: &Error) -> Option<ReadOption> {
+    match error {
+        Error::Data(error) => error.read_option(),
+        Error::Log { reason, .. } => read_option(reason),
+        _ => None,
+    }
+}
+
 /// The flag for a setting of reading.
 fn flag_of_reading(option: ReadOption) -> String {
     match option {
-        ReadOption::Rate => "--nominal-rate".into(),
+        ReadOption::Tf => "--tf PARENT:CHILD".into(),
         other => format!("--{}", other.name()),
     }
 }

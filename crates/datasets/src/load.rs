@@ -206,6 +206,18 @@ pub fn load_all(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Trajecto
     Ok(trajectories)
 }
 
+/// Reads the logs of exactly one file or folder of a recording: one, but for a recording of which several topics were
+/// asked for.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_several(path: &Path, options: &LoadOptions) -> Result<Vec<Trajectory>, Error> {
+    match discover(path, options)?.as_slice() {
+        [log] => load_file(log, options),
+        _ => load(path, options).map(|log| vec![log]),
+    }
+}
+
 /// The only log of a file; a recording of which several topics were asked for has more.
 fn one(path: &Path, mut logs: Vec<Trajectory>) -> Result<Trajectory, Error> {
     match (logs.pop(), logs.len()) {

@@ -46,6 +46,8 @@ pub enum RemarkKind {
     ImplausibleAttitude,
     /// The body moves and never turns.
     ConstantOrientation,
+    /// The body frame was taken from elsewhere than the format.
+    Frame,
     /// A recording ends within a record, or parts of it cannot be read.
     DamagedRecording,
 }

@@ -169,6 +169,15 @@ impl Trajectory {
         }
     }
 
+    /// Seconds within gap-free stretches: the time in which [`Self::distance`] was travelled.
+    pub fn time_in_stretches(&self) -> f64 {
+        stretch::stretches(self, self.max_gap)
+            .into_iter()
+            .map(|range| self.stamps[range.end - 1].saturating_sub(self.stamps[range.start]))
+            .map(|nanoseconds| nanoseconds as f64 * 1e-9)
+            .sum()
+    }
+
     /// Metres travelled, summed within gap-free stretches.
     pub fn distance(&self) -> f64 {
         stretch::stretches(self, self.max_gap)
@@ -231,5 +240,6 @@ mod tests {
         // The step into a new stretch is not travelled.
         log.breaks = vec![10];
         assert!((log.distance() - 24.0).abs() < 1e-12);
+        assert!((log.time_in_stretches() - 4.8).abs() < 1e-12);
     }
 }

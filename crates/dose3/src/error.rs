@@ -113,6 +113,14 @@ pub enum Error {
         /// The file or folder.
         path: PathBuf,
     },
+    /// A log without stamps, whose format has no rate either.
+    #[error("log {log} says neither when its poses were nor their rate, {needed:.4} Hz are needed")]
+    UnknownRate {
+        /// Name of the log.
+        log: String,
+        /// The rate that is needed, hertz.
+        needed: f64,
+    },
     /// Every log is held out of training.
     #[error("all {logs} logs are held out, nothing is left to train on")]
     AllHeldOut {

@@ -1,18 +1,18 @@
 //! `dose3 eval`
 
-use super::{Bar, computing, count, print, print_json, progress, read_options, say};
+use super::{Bar, computing, count, print, print_json, progress, read_options, read_set, say};
 use crate::args::Eval;
 use anyhow::Result;
+use dose3::Detector;
 use dose3::evaluate::{Evaluation, MetricReport, evaluate};
-use dose3::{Detector, logs};
 use dose3_ood::metrics::Bootstrap;
 use std::fmt::Write as _;
 
 pub fn run(args: &Eval) -> Result<()> {
     let detector = Detector::load(&args.detector)?.on(computing(&args.computing));
     let options = read_options(&args.reading);
-    let id = logs::read(&args.id, &options)?;
-    let ood = logs::read(&args.ood, &options)?;
+    let id = read_set(&args.id, &options)?;
+    let ood = read_set(&args.ood, &options)?;
     let mut bar = Bar(progress((id.len() + ood.len()) as u64, "logs")?);
     let bootstrap = Bootstrap {
         resamples: args.resamples,

@@ -1,12 +1,12 @@
 //! `dose3 fit`
 
-use super::{Bar, check_output, computing, count, model, progress, read_options, say};
+use super::{Bar, check_output, computing, count, model, progress, read_options, read_set, say};
 use crate::args::Fit;
 use crate::explain::with_flag;
 use crate::list;
 use anyhow::Result;
 use dose3::datasets::make_unique;
-use dose3::{Detector, FitOptions, Trajectory, logs};
+use dose3::{Detector, FitOptions, Trajectory};
 
 pub fn run(args: &Fit) -> Result<()> {
     check_output(&args.out)?;
@@ -56,7 +56,7 @@ pub fn run(args: &Fit) -> Result<()> {
 /// The logs that paths and list name, in the groups that the user wants.
 fn trusted(args: &Fit) -> Result<Vec<Trajectory>> {
     let options = read_options(&args.reading);
-    let mut logs = logs::read(&args.trusted, &options)?;
+    let mut logs = read_set(&args.trusted, &options)?;
     if let Some(group) = &args.group {
         group.apply(&mut logs)?;
     }

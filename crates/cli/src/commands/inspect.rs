@@ -1,11 +1,11 @@
 //! `dose3 inspect`
 
-use super::{count, print, print_json, read_options, say};
+use super::{count, print, print_json, read_options, say, say_skipped};
 use crate::args::Inspect;
-use crate::explain::explain;
+use crate::explain::{explain, remark_with_flag};
 use anyhow::Result;
-use dose3::logs::read_each;
-use dose3_datasets::{RateSource, Trajectory, stretches};
+use dose3::logs::find_each;
+use dose3_datasets::{Contents, LostSpan, RateSource, Remark, Trajectory, contents, stretches};
 use serde::Serialize;
 use std::fmt::Write as _;
 
@@ -19,6 +19,7 @@ struct Report {
     poses: usize,
     rate_hz: f64,
     rate_is_nominal: bool,
+    rate_source: RateSource,
     duration_s: f64,
     path_length_m: f64,
     extent_m: [f64; 3],
@@ -26,13 +27,49 @@ struct Report {
     stretches: usize,
     sha256: String,
     repairs: Vec<String>,
+    lost: Vec<LostSpan>,
+    remarks: Vec<Remark>,
+}
+
+/// What `inspect --json` prints for a recording of which no topic was asked for.
+#[derive(Serialize)]
+struct Recording {
+    path: String,
+    #[serde(flatten)]
+    contents: Contents,
+}
+
+/// One path of `inspect`.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Entry {
+    Recording(Recording),
+    Log(Report),
 }
 
 pub fn run(args: &Inspect) -> Result<u8> {
-    let (mut reports, mut failed) = (Vec::new(), false);
-    for (_, log) in read_each(&args.logs, &read_options(&args.reading))? {
+    let options = read_options(&args.reading);
+    let (mut entries, mut failed) = (Vec::new(), false);
+    let found = find_each(&args.logs, &options)?;
+    say_skipped(&found.skipped);
+    let listing = options.load.topics.is_empty() && options.load.tf.is_none();
+    for (path, log) in found.logs {
+        let listed = if listing {
+            contents(&path, &options.load).unwrap_or_default()
+        } else {
+            None
+        };
+        let is_recording = listed.is_some();
+        entries.extend(listed.map(|contents| {
+            Entry::Recording(Recording {
+                path: path.display().to_string(),
+                contents,
+            })
+        }));
         match log {
-            Ok(log) => reports.push(report(&log)),
+            Ok(log) => entries.push(Entry::Log(report(&log))),
+            // The listing says what can be asked for.
+            Err(_) if is_recording => {}
             Err(error) => {
                 say(&format!("error: {}", explain(&error.into())));
                 failed = true;
@@ -40,11 +77,86 @@ pub fn run(args: &Inspect) -> Result<u8> {
         }
     }
     if args.json {
-        print_json(&reports)?;
+        print_json(&entries)?;
     } else {
-        print(&reports.iter().map(text).collect::<Vec<_>>().join("\n"))?;
+        let texts = entries.iter().map(|entry| match entry {
+            Entry::Recording(recording) => listing_text(recording),
+            Entry::Log(report) => text(report),
+        });
+        print(&texts.collect::<Vec<_>>().join("\n"))?;
     }
     Ok(if failed { 2 } else { 0 })
+}
+
+/// Topics and frames of a recording.
+fn listing_text(recording: &Recording) -> String {
+    let mut out = format!("{}\n", recording.path);
+    let contents = &recording.contents;
+    let width = |field: fn(&dose3_datasets::Topic) -> usize| {
+        contents.topics.iter().map(field).max().unwrap_or(0)
+    };
+    let (name, kind) = (
+        width(|topic| topic.name.len()),
+        width(|topic| topic.kind.len()),
+    );
+    for topic in &contents.topics {
+        let messages = topic.messages.map_or("?".to_owned(), |n| n.to_string());
+        let rate = topic
+            .hertz
+            .map_or(String::new(), |hertz| format!(", {hertz:.1} Hz"));
+        let frames = match (&topic.frame, &topic.child_frame) {
+            (Some(frame), Some(child)) => format!(", {child} in {frame}"),
+            (Some(frame), None) => format!(", in {frame}"),
+            _ => String::new(),
+        };
+        let judged = match (topic.poses, topic.refused) {
+            (true, _) => format!("  (--topic {})", topic.name),
+            (false, Some(reason)) => format!("  (cannot be judged: {reason})"),
+            (false, None) => String::new(),
+        };
+        let _ = writeln!(
+            out,
+            "  {:<name$}  {:<kind$}  {messages}{rate}{frames}{judged}",
+            topic.name, topic.kind
+        );
+    }
+    // Many frames hang fixed below one that moves: one line for all of them.
+    let mut shown: Vec<(String, Vec<&str>)> = Vec::new();
+    for chain in &contents.chains {
+        let moving = chain
+            .hertz
+            .iter()
+            .rposition(Option::is_some)
+            .map_or(0, |at| at + 1);
+        let mut path = chain.frames[0].clone();
+        for (frame, hertz) in chain.frames[1..].iter().zip(&chain.hertz).take(moving) {
+            let rate = hertz.map_or("static".to_owned(), |hertz| format!("{hertz:.1} Hz"));
+            let _ = write!(path, " -> {frame} ({rate})");
+        }
+        let fixed = chain.frames[moving + 1..].iter().map(String::as_str);
+        match shown.iter_mut().find(|(known, _)| *known == path) {
+            Some((_, below)) => below.extend(fixed),
+            None => shown.push((path, fixed.collect())),
+        }
+    }
+    for (path, mut below) in shown {
+        below.sort_unstable();
+        below.dedup();
+        let more = match below.len() {
+            0 => String::new(),
+            1..=4 => format!(", fixed below: {}", below.join(", ")),
+            n => format!(
+                ", fixed below: {} and {} more",
+                below[..3].join(", "),
+                n - 3
+            ),
+        };
+        let _ = writeln!(out, "  tf        {path}{more}  (--tf PARENT:CHILD)");
+    }
+    for damage in &contents.damage {
+        let _ = writeln!(out, "  damaged   {damage}");
+    }
+    out
 }
 
 fn report(t: &Trajectory) -> Report {
@@ -61,7 +173,8 @@ fn report(t: &Trajectory) -> Report {
         );
         if high >= low { high - low } else { 0.0 }
     };
-    let (duration, distance) = (t.duration(), t.distance());
+    // A pause is no time in which the path was travelled.
+    let (duration, distance, moving) = (t.duration(), t.distance(), t.time_in_stretches());
     Report {
         name: t.name.clone(),
         path: t.path.display().to_string(),
@@ -69,27 +182,27 @@ fn report(t: &Trajectory) -> Report {
         frame: t.frame.to_string(),
         poses: t.poses.len(),
         rate_hz: t.rate.hertz,
+        rate_source: t.rate.source,
         rate_is_nominal: t.rate.source == RateSource::Nominal,
         duration_s: duration,
         path_length_m: distance,
         extent_m: [extent(0), extent(1), extent(2)],
-        mean_speed_m_s: if duration > 0.0 {
-            distance / duration
-        } else {
-            0.0
-        },
+        mean_speed_m_s: if moving > 0.0 { distance / moving } else { 0.0 },
         stretches: stretches(t, t.max_gap).len(),
         sha256: t.fingerprint(),
         repairs: t.report.lines(),
+        lost: t.report.lost.clone(),
+        remarks: t.report.remarks.clone(),
     }
 }
 
 fn text(r: &Report) -> String {
     let mut out = String::new();
-    let nominal = if r.rate_is_nominal {
-        " (nominal, no stamps in the file)"
-    } else {
-        ""
+    let nominal = match r.rate_source {
+        RateSource::Stamps => "",
+        RateSource::Nominal => " (nominal, no stamps in the file)",
+        RateSource::Given => " (as given)",
+        RateSource::Unknown => " (unknown, put in: no stamps in the file)",
     };
     // Writing to a String cannot fail.
     let _ = writeln!(out, "{}  {}", r.name, r.path);
@@ -114,6 +227,14 @@ fn text(r: &Report) -> String {
     );
     for repair in &r.repairs {
         let _ = writeln!(out, "  repaired  {repair}");
+    }
+    for remark in &r.remarks {
+        let word = if remark.is_warning() {
+            "warning"
+        } else {
+            "assumed"
+        };
+        let _ = writeln!(out, "  {word:<9} {}", remark_with_flag(remark));
     }
     out
 }

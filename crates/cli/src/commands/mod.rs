@@ -7,15 +7,16 @@ mod sample;
 mod score;
 mod train;
 
-use crate::args::{self, Args, Command, Reading};
+use crate::args::{self, Args, Command, FrameOf, Reading, StampName};
+use crate::explain::explain;
 use anyhow::{Context, Result, bail};
-use dose3::logs::ReadOptions;
+use dose3::logs::{ReadOptions, find_each};
 use dose3::progress::Progress;
-use dose3::{Computing, Model};
+use dose3::{Computing, Model, Trajectory};
 use dose3_datasets::LoadOptions;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Runs a subcommand; answers the exit code.
 pub fn run(args: Args) -> Result<u8> {
@@ -85,7 +86,14 @@ fn computing(computing: &args::Computing) -> Computing {
 }
 
 fn read_options(reading: &Reading) -> ReadOptions {
-    let tf = reading.tf.as_deref();
+    let frame = reading.frame.iter().rev().find_map(|frame| match frame {
+        FrameOf::Unknown(frame) => Some(*frame),
+        FrameOf::Log(..) => None,
+    });
+    let frames = reading.frame.iter().filter_map(|frame| match frame {
+        FrameOf::Log(log, frame) => Some((log.clone(), *frame)),
+        FrameOf::Unknown(_) => None,
+    });
     ReadOptions {
         load: LoadOptions {
             format: reading.format,
@@ -96,13 +104,48 @@ fn read_options(reading: &Reading) -> ReadOptions {
             lost: reading.lost.clone(),
             strict: reading.strict,
             topics: reading.topic.clone(),
-            tf: tf.map(|frames| (frames[0].clone(), frames[1].clone())),
-            record_time: reading.record_time,
+            rate: reading.rate,
+            tf: reading.tf.clone(),
+            record_time: reading.stamp == StampName::Record,
             ..LoadOptions::default()
         },
-        frame: reading.frame,
+        frame,
+        frames: frames.collect(),
         nominal_rate: reading.nominal_rate,
         unit: reading.unit,
+    }
+}
+
+/// Reads the logs of a set: those that cannot be read are named and left out, or stop it where reading is strict.
+fn read_set(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Trajectory>> {
+    let found = find_each(paths, options)?;
+    say_skipped(&found.skipped);
+    let (mut logs, mut bad) = (Vec::new(), 0);
+    for (_, log) in found.logs {
+        match log {
+            Ok(log) => logs.push(log),
+            Err(error) => {
+                say(&format!("error: {}", explain(&error.into())));
+                bad += 1;
+            }
+        }
+    }
+    if bad > 0 && (options.load.strict || logs.is_empty()) {
+        bail!("{} cannot be read", count(bad, "log"));
+    }
+    if bad > 0 {
+        say(&format!(
+            "{} left out (--strict stops instead)",
+            count(bad, "log")
+        ));
+    }
+    Ok(logs)
+}
+
+/// Names the files of folders that are no logs.
+fn say_skipped(skipped: &[(PathBuf, String)]) {
+    for (path, reason) in skipped {
+        say(&format!("skipped {}: {reason}", path.display()));
     }
 }
 

@@ -1,10 +1,10 @@
 //! `dose3 score`
 
-use super::{Bar, computing, count, print, print_json, progress, read_options, say};
+use super::{Bar, computing, count, print, print_json, progress, read_options, say, say_skipped};
 use crate::args::Score;
 use crate::explain::explain;
 use anyhow::{Result, bail};
-use dose3::logs::read_each;
+use dose3::logs::find_each;
 use dose3::ood::fdr::benjamini_hochberg;
 use dose3::{Detector, JudgeOptions, Report, Trajectory};
 use serde::Serialize;
@@ -21,6 +21,7 @@ struct Output<'a> {
     steps: usize,
     logs: &'a [Report],
     errors: &'a [Failure],
+    skipped: &'a [Failure],
 }
 
 #[derive(Serialize)]
@@ -38,7 +39,17 @@ pub fn run(args: &Score) -> Result<u8> {
     }
     let detector = Detector::load(&args.detector)?.on(computing(&args.computing));
     let (mut reports, mut failures) = (Vec::new(), Vec::new());
-    for (path, log) in read_each(&args.logs, &read_options(&args.reading))? {
+    let found = find_each(&args.logs, &read_options(&args.reading))?;
+    say_skipped(&found.skipped);
+    let skipped: Vec<Failure> = found
+        .skipped
+        .iter()
+        .map(|(path, error)| Failure {
+            path: path.display().to_string(),
+            error: error.clone(),
+        })
+        .collect();
+    for (path, log) in found.logs {
         let judged = log.map_err(anyhow::Error::from);
         match judged.and_then(|log| judge(&detector, args, &log)) {
             Ok(report) => {
@@ -60,6 +71,7 @@ pub fn run(args: &Score) -> Result<u8> {
             steps: plan.steps,
             logs: &reports,
             errors: &failures,
+            skipped: &skipped,
         })?;
     }
     if let Some(level) = args.fdr {

@@ -23,7 +23,7 @@ pub fn run(args: &Train) -> Result<()> {
         );
     }
     let mut trajectories = logs::read(&args.data, &read_options(&args.reading))?;
-    if let Some(rate) = args.rate {
+    if let Some(rate) = args.resample {
         for t in &mut trajectories {
             if t.rate.hertz > rate && !same_rate(t.rate.hertz, rate) {
                 *t = resample(t, rate)

@@ -453,7 +453,7 @@ fn set_frame(log: &mut Trajectory, child: &str) {
     );
     log.report
         .remarks
-        .push(Remark::new(RemarkKind::Columns, text).option(ReadOption::Frame));
+        .push(Remark::new(RemarkKind::Frame, text).option(ReadOption::Frame));
 }
 
 /// Takes one pose, or counts it as lost.

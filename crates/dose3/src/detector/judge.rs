@@ -68,6 +68,7 @@ impl Detector {
             .judge_with(&rows, &stretches, &outside, alpha)?;
         let mut said: Vec<String> = notes.iter().map(Note::to_string).collect();
         said.extend(log.report.lines());
+        said.extend(log.report.remarks.iter().map(ToString::to_string));
         let poses = PoseScores {
             scores: pose_scores,
             threshold: header.poses.as_ref().map(|p| p.threshold()),

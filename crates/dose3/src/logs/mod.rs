@@ -6,4 +6,4 @@ mod read;
 
 pub use needs::{Needs, conform};
 pub use note::Note;
-pub use read::{ReadOptions, apply, read, read_each};
+pub use read::{Found, ReadOptions, apply, find_each, read, read_each};

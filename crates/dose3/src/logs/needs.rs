@@ -74,6 +74,12 @@ pub fn conform<'a>(
         }
         return Ok((Cow::Borrowed(trajectory), notes));
     }
+    if trajectory.rate.source == RateSource::Unknown {
+        return Err(Error::UnknownRate {
+            log: name.clone(),
+            needed: rate,
+        });
+    }
     if !needs.accepts(trajectory.frame) {
         return Err(Error::Frame {
             log: name.clone(),

@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result, Setting};
 use dose3_datasets::{
-    Frame, LoadOptions, Rate, RateSource, Remark, RemarkKind, Trajectory, discover, load, load_all,
-    make_unique,
+    Frame, LoadOptions, Rate, RateSource, ReadOption, Remark, RemarkKind, Trajectory, load_all,
+    load_several, make_unique, survey,
 };
 use std::collections::HashSet;
 use std::fs::canonicalize;
@@ -14,8 +14,10 @@ use std::path::{Path, PathBuf};
 pub struct ReadOptions {
     /// How files are read: format, stamps, columns, gaps.
     pub load: LoadOptions,
-    /// Body frame, where the format's is wrong.
+    /// Body frame of logs whose format does not say it.
     pub frame: Option<Frame>,
+    /// Body frames of single logs, by name, whatever their format says.
+    pub frames: Vec<(String, Frame)>,
     /// Rate of logs without stamps, or whose stamps only count poses, hertz.
     pub nominal_rate: Option<f64>,
     /// Metres in one unit of position.
@@ -27,6 +29,7 @@ impl Default for ReadOptions {
         Self {
             load: LoadOptions::default(),
             frame: None,
+            frames: Vec::new(),
             nominal_rate: None,
             unit: 1.0,
         }
@@ -55,11 +58,29 @@ pub fn read_each(
     paths: &[PathBuf],
     options: &ReadOptions,
 ) -> Result<Vec<(PathBuf, Result<Trajectory>)>> {
+    Ok(find_each(paths, options)?.logs)
+}
+
+/// What was found under some paths.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// Every log with its path, or what is wrong with it.
+    pub logs: Vec<(PathBuf, Result<Trajectory>)>,
+    /// Files in folders that are no logs, and why.
+    pub skipped: Vec<(PathBuf, String)>,
+}
+
+/// As [`read_each`], with the files in folders that were passed over.
+///
+/// # Errors
+/// Options out of range.
+pub fn find_each(paths: &[PathBuf], options: &ReadOptions) -> Result<Found> {
     options.check()?;
     let load_options = &options.load;
     let (mut found, mut seen) = (Vec::new(), HashSet::new());
+    let mut skipped = Vec::new();
     for path in paths {
-        match files(path, load_options) {
+        match files(path, load_options, &mut skipped) {
             Ok(files) => found.extend(files.into_iter().map(Ok)),
             Err(error) => found.push(Err((path.clone(), error))),
         }
@@ -69,20 +90,33 @@ pub fn read_each(
         match file {
             Err((path, error)) => read.push((path, Err(error))),
             Ok(file) if seen.insert(canonicalize(&file).unwrap_or_else(|_| file.clone())) => {
-                let log = load(&file, load_options).map_err(Error::from);
-                let log = log.and_then(|mut log| apply(&mut log, options).map(|()| log));
-                read.push((file, log));
+                match load_several(&file, load_options) {
+                    Ok(logs) => read.extend(logs.into_iter().map(|mut log| {
+                        let log = apply(&mut log, options).map(|()| log);
+                        (file.clone(), log)
+                    })),
+                    Err(error) => read.push((file, Err(error.into()))),
+                }
             }
             Ok(_) => {}
         }
     }
     make_unique(read.iter_mut().filter_map(|(_, log)| log.as_mut().ok()));
-    Ok(read)
+    Ok(Found {
+        logs: read,
+        skipped,
+    })
 }
 
 /// The logs that a path names, at least one.
-fn files(path: &Path, options: &LoadOptions) -> Result<Vec<PathBuf>> {
-    let found = discover(path, options)?;
+fn files(
+    path: &Path,
+    options: &LoadOptions,
+    skipped: &mut Vec<(PathBuf, String)>,
+) -> Result<Vec<PathBuf>> {
+    let survey = survey(path, options)?;
+    skipped.extend(survey.ignored.into_iter().zip(survey.reasons));
+    let found = survey.logs;
     match found.is_empty() {
         true => Err(Error::NoLogIn {
             path: path.to_path_buf(),
@@ -115,9 +149,7 @@ impl ReadOptions {
 /// # Errors
 /// [`Error::HasStamps`] where a nominal rate is named for a log with stamps.
 pub fn apply(t: &mut Trajectory, options: &ReadOptions) -> Result<()> {
-    if let Some(frame) = options.frame {
-        t.frame = frame;
-    }
+    apply_frame(t, options);
     if options.unit != 1.0 {
         t.poses
             .iter_mut()
@@ -139,6 +171,40 @@ pub fn apply(t: &mut Trajectory, options: &ReadOptions) -> Result<()> {
             hertz,
             source: RateSource::Nominal,
         };
+        // What was remarked about the rate is settled.
+        let settled = [RemarkKind::StampsAreAnIndex, RemarkKind::UnknownRate];
+        let remarks = &mut t.report.remarks;
+        remarks.retain(|remark| !settled.contains(&remark.kind));
     }
     Ok(())
+}
+
+/// A frame given for all logs is for those whose format does not say it; one given for this log holds in any case.
+fn apply_frame(t: &mut Trajectory, options: &ReadOptions) {
+    let own = options.frames.iter().find(|(log, _)| *log == t.name);
+    let text = match (own, options.frame) {
+        (Some((_, frame)), _) if *frame != t.frame => {
+            let text = format!(
+                "body frame {frame} as given for this log, its format says {}",
+                t.frame
+            );
+            t.frame = *frame;
+            text
+        }
+        (None, Some(frame)) if t.frame == Frame::Sensor => {
+            t.frame = frame;
+            return;
+        }
+        (None, Some(frame)) if frame != t.frame => format!(
+            "body frame {} by the format; the frame given for all logs, {frame}, is for those of unknown frame",
+            t.frame
+        ),
+        _ => return,
+    };
+    let remark = Remark {
+        kind: RemarkKind::Frame,
+        text,
+        option: Some(ReadOption::Frame),
+    };
+    t.report.remarks.push(remark);
 }
