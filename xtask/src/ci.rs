@@ -48,3 +48,17 @@ pub fn run() -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_script_of_ci_runs_the_same_checks() {
+        let script = include_str!("../../.ci/run");
+        for check in CHECKS {
+            let line = format!("cargo {}", check.join(" "));
+            assert!(script.contains(&line), "{line}");
+        }
+    }
+}
