@@ -65,7 +65,7 @@ fn fit_and_score_accept_the_like_and_reject_the_unlike() {
     for part in [
         "OUT OF DISTRIBUTION",
         "where",
-        "poses 0 to",
+        "lines 2 to",
         "why",
         "  window ",
     ] {

@@ -16,10 +16,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let report = detector.judge(&log)?;
         println!("{report}");
         for segment in &report.segments {
-            let place = log.place(segment.first_pose).unwrap_or_default();
+            let place = &segment.place;
             println!(
-                "unlike the trusted logs from {:.1} s on ({place})",
-                segment.start_s
+                "unlike the trusted logs from {:.1} s on ({} {})",
+                place.start_s, report.log.row_kind, place.first_row
             );
         }
     }

@@ -51,7 +51,8 @@ fn threads_may_share_a_detector() {
         .map(|log| detector.judge(log).unwrap())
         .collect();
     let together: Vec<Report> = std::thread::scope(|scope| {
-        let judge = |log| scope.spawn(|| detector.judge(log).unwrap());
+        let detector = &detector;
+        let judge = |log| scope.spawn(move || detector.judge(log).unwrap());
         let all: Vec<_> = logs.iter().map(judge).collect();
         all.into_iter()
             .map(|thread| thread.join().unwrap())

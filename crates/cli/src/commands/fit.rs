@@ -10,26 +10,9 @@ use dose3::{Detector, FitOptions, Trajectory};
 
 pub fn run(args: &Fit) -> Result<()> {
     check_output(&args.out)?;
-    let options = FitOptions {
-        statistics: args.statistics.as_deref().map(str::parse).transpose()?,
-        density: args.density.parse()?,
-        combination: args.combination.as_deref().map(str::parse).transpose()?,
-        shares: args.shares.clone(),
-        alone: args.alone,
-        join_overlapping: !args.no_overlap,
-        timing: !args.no_timing,
-        calibration: !args.no_calibration,
-        keep_all: args.keep_all,
-        alpha: args.alpha,
-        stride: args.stride,
-        steps: args.steps,
-        draws: args.draws,
-        noise: args.noise(),
-        seed: args.seed,
-    };
     let builder = Detector::builder()
         .model(model(&args.model)?)
-        .options(options)
+        .options(options(args)?)
         .computing(computing(&args.computing));
     let trusted = trusted(args)?;
     let mut bar = Bar(progress(0, "statistics")?);
@@ -53,6 +36,26 @@ pub fn run(args: &Fit) -> Result<()> {
     Ok(())
 }
 
+fn options(args: &Fit) -> Result<FitOptions> {
+    Ok(FitOptions {
+        statistics: args.statistics.as_deref().map(str::parse).transpose()?,
+        density: args.density.parse()?,
+        combination: args.combination.as_deref().map(str::parse).transpose()?,
+        shares: args.shares.clone(),
+        alone: args.alone,
+        join_overlapping: !args.no_overlap,
+        timing: !args.no_timing,
+        calibration: !args.no_calibration,
+        keep_all: args.keep_all,
+        alpha: args.alpha,
+        stride: args.stride,
+        steps: args.steps,
+        draws: args.draws,
+        noise: args.noise(),
+        seed: args.seed,
+    })
+}
+
 /// The logs that paths and list name, in the groups that the user wants.
 fn trusted(args: &Fit) -> Result<Vec<Trajectory>> {
     let options = read_options(&args.reading);
@@ -65,4 +68,22 @@ fn trusted(args: &Fit) -> Result<Vec<Trajectory>> {
         make_unique(&mut logs);
     }
     Ok(logs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Args, Command};
+    use clap::Parser;
+    use dose3::logs::ReadOptions;
+
+    #[test]
+    fn the_defaults_of_the_program_are_those_of_the_library() {
+        let line = ["dose3", "fit", "--trusted", "logs", "--out", "d.dose3"];
+        let Command::Fit(args) = Args::parse_from(line).command else {
+            panic!("no fit");
+        };
+        assert_eq!(options(&args).unwrap(), FitOptions::default());
+        assert_eq!(read_options(&args.reading), ReadOptions::default());
+    }
 }

@@ -163,3 +163,27 @@ fn checkpoint(args: &Train) -> std::path::PathBuf {
         .clone()
         .unwrap_or_else(|| args.out.with_extension("checkpoint"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Args, Command};
+    use clap::Parser;
+    use dose3_datasets::Kind;
+
+    #[test]
+    fn the_defaults_of_the_program_are_those_of_the_library() {
+        for kind in [Kind::Paper, Kind::Motion] {
+            let line = ["dose3", "train", "--data", "logs", "--out", "m.dose3"];
+            let line = line.into_iter().chain(["--representation", kind.name()]);
+            let Command::Train(args) = Args::parse_from(line).command else {
+                panic!("no training");
+            };
+            let library = TrainOptions {
+                checkpoint: Some("m.checkpoint".into()),
+                ..TrainOptions::of(kind)
+            };
+            assert_eq!(options(&args), library);
+        }
+    }
+}
