@@ -75,7 +75,8 @@ pub(crate) fn detect_bytes(
     if let Some(found) = signature(bytes) {
         return Err(unknown(path, Place::File, found.name, found.hint));
     }
-    let sample = if whole { bytes } else { whole_lines(bytes) };
+    let short = whole && bytes.len() as u64 <= SAMPLE;
+    let sample = if short { bytes } else { whole_lines(bytes) };
     let text = Text::new(path, sample, &mut LoadReport::default()).map_err(as_unknown)?;
     if options.columns.is_none() {
         if let Some(format) = read::detect_graph(text.as_str()) {

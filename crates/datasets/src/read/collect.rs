@@ -66,6 +66,14 @@ impl<'a> Collector<'a> {
         }
     }
 
+    /// About so many poses will come.
+    pub fn expect(&mut self, poses: usize) {
+        self.stamps.reserve(poses);
+        self.poses.reserve(poses);
+        self.rows.reserve(poses);
+        self.indices.reserve(poses);
+    }
+
     /// The file has stamps, in this unit.
     pub fn stamps_in(&mut self, unit: StampUnit) {
         self.stamp_unit = Some(unit);

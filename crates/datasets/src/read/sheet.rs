@@ -9,7 +9,8 @@ use super::collect::{Collector, euler_rotation, pose};
 use super::guess::{self, DECIDED, OVERRULED, Stamps};
 use super::kitti;
 use super::layout::{Layout, Order, Rotation, Stamp, is_comment};
-use super::table::{Row, Separator, after_point, is_no_value};
+use super::numbers::float;
+use super::table::{Row, Separator, after_point, check_coordinate, is_no_value};
 use super::text::Text;
 use crate::error::Place;
 use crate::{
@@ -127,10 +128,7 @@ impl Sample {
             }
             layout.separator.split(line.text, &mut fields);
             let row = Row::new(path, &line, &fields);
-            let number = |column: usize| {
-                let value = row.fields().get(column)?.parse::<f64>().ok()?;
-                value.is_finite().then_some(value)
-            };
+            let number = |column: usize| number(&row, column);
             if let Stamp::Column(column, _) = layout.stamp
                 && let Some(value) = number(column)
             {
@@ -412,6 +410,9 @@ fn read_rows(
             .push(Remark::new(RemarkKind::Encoding, words));
     }
     let mut fields = Vec::with_capacity(layout.columns);
+    let first = text.lines().find(|line| !is_comment(line.text));
+    let width = first.map_or(1, |line| line.text.len() + 1);
+    collector.expect(text.as_str().len() / width + 1);
     let mut tail = Tail::default();
     for line in text.lines() {
         if is_comment(line.text)
@@ -442,10 +443,10 @@ fn read_rows(
                 Some(whole.saturating_add(row.stamp(part, StampUnit::Nanoseconds)?))
             }
             (Clock::Unit(unit), Stamp::Column(column, _) | Stamp::Index(column)) => {
-                if is_no_value(row.field(column, "the stamp")?) {
-                    None
-                } else {
-                    Some(row.stamp(column, unit)?)
+                match row.stamp(column, unit) {
+                    Ok(stamp) => Some(stamp),
+                    Err(_) if is_no_value(row.field(column, "the stamp")?) => None,
+                    Err(fault) => return Err(fault),
                 }
             }
             (Clock::Index, Stamp::Pair(..)) => Some(collector.next_nominal(layout.format)),
@@ -528,7 +529,7 @@ fn read_pose(
     let mut values = [0.0; 9];
     let mut lost = false;
     for (part, (column, value)) in columns.iter().zip(&mut values).enumerate() {
-        match number(row, *column)? {
+        match number(row, *column) {
             Some(found) => *value = found,
             None => match no_value(row, *column, &names.rotation(part)) {
                 Some(fault) => return Err(fault),
@@ -539,8 +540,11 @@ fn read_pose(
     let mut translation = [0.0; 3];
     for (axis, value) in translation.iter_mut().enumerate() {
         let column = layout.position[axis];
-        match number(row, column)? {
-            Some(_) => *value = row.coordinate(column, &names.position(axis))?,
+        match number(row, column) {
+            Some(found) => {
+                check_coordinate(path, row.place(), found)?;
+                *value = found;
+            }
             None => match no_value(row, column, &names.position(axis)) {
                 Some(fault) => return Err(fault),
                 None => lost = true,
@@ -588,9 +592,9 @@ fn read_pose(
 }
 
 /// The finite number in a column; `None` where there is something else.
-fn number(row: &Row<'_, '_>, column: usize) -> Result<Option<f64>, Error> {
-    let value = row.field(column, "a number")?.parse::<f64>().ok();
-    Ok(value.filter(|value| value.is_finite()))
+fn number(row: &Row<'_, '_>, column: usize) -> Option<f64> {
+    let value = float(row.fields().get(column)?)?;
+    value.is_finite().then_some(value)
 }
 
 /// The fault of a field that is neither a number nor a word for no value.

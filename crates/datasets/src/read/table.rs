@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::numbers::{StampFault, decimal};
+use super::numbers::{StampFault, decimal, float};
 use super::text::Line;
 use crate::error::Place;
 use crate::{Error, ReadOption, StampUnit};
@@ -39,7 +39,7 @@ impl Separator {
     pub fn split<'a>(self, line: &'a str, fields: &mut Vec<&'a str>) {
         fields.clear();
         match self {
-            Self::Blanks => fields.extend(line.split_ascii_whitespace()),
+            Self::Blanks => split_blanks(line, fields),
             Self::Character(character) => {
                 fields.extend(line.split(character).map(|field| unquoted(field.trim())));
             }
@@ -55,6 +55,24 @@ impl Separator {
             Self::Character(_) => "commas",
         }
     }
+}
+
+/// As `split_ascii_whitespace`, a byte at a time.
+fn split_blanks<'a>(line: &'a str, fields: &mut Vec<&'a str>) {
+    let mut start = None;
+    for (at, byte) in line.bytes().enumerate() {
+        // Blanks are single bytes, so every cut lies between characters.
+        match (byte, start) {
+            (b' ' | b'\t' | b'\r' | b'\n' | 0x0c, Some(from)) => {
+                fields.push(&line[from..at]);
+                start = None;
+            }
+            (b' ' | b'\t' | b'\r' | b'\n' | 0x0c, None) => {}
+            (_, None) => start = Some(at),
+            (_, Some(_)) => {}
+        }
+    }
+    fields.extend(start.map(|from| &line[from..]));
 }
 
 /// True where every field between blanks is a number with one comma in it.
@@ -144,9 +162,9 @@ impl<'r, 'a> Row<'r, 'a> {
     /// The finite number in a column (counted from 0); `name` is for the message.
     pub fn number(&self, column: usize, name: &str) -> Result<f64, Error> {
         let field = self.field(column, name)?;
-        match field.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            Ok(_) => Err(Error::input(
+        match float(field) {
+            Some(value) if value.is_finite() => Ok(value),
+            Some(_) => Err(Error::input(
                 self.path,
                 self.place(),
                 format!("a finite number for {name} (column {})", column + 1),
@@ -154,7 +172,7 @@ impl<'r, 'a> Row<'r, 'a> {
                 "there is no value; remove the row, or let it count as lost tracking",
             )
             .option(ReadOption::Lost)),
-            Err(_) => Err(Error::input(
+            None => Err(Error::input(
                 self.path,
                 self.place(),
                 format!("a number for {name} (column {})", column + 1),
@@ -220,6 +238,10 @@ pub(crate) fn after_point(field: &str) -> usize {
 
 /// True for the words that stand where there is no value: `nan`, `-nan(ind)`, `1.#IND`, `inf`, `null`, nothing.
 pub(crate) fn is_no_value(field: &str) -> bool {
+    let plain = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
+    if field.len() < 300 && !field.is_empty() && field.bytes().all(|byte| plain(&byte)) {
+        return false;
+    }
     let word = field.trim_start_matches(['+', '-']).to_ascii_lowercase();
     matches!(
         word.as_str(),
