@@ -826,3 +826,47 @@ fn arrays_of_every_shape() {
         .to_string();
     assert!(error.contains("pose 17"), "{error}");
 }
+
+#[test]
+fn packed_files_are_unpacked_and_bombs_refused() {
+    use std::io::Write as _;
+    let plain = tum(epoch, " ", false);
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    gzip.write_all(plain.as_bytes()).unwrap();
+    let gzip = gzip.finish().unwrap();
+    let log = load_bytes("07.txt.gz", &gzip, &LoadOptions::default()).unwrap();
+    check(&log);
+    assert_eq!(log.name, "07");
+    let zstd = ruzstd::encoding::compress_to_vec(
+        plain.as_bytes(),
+        ruzstd::encoding::CompressionLevel::Fastest,
+    );
+    check(&load_bytes("07.txt.zst", &zstd, &LoadOptions::default()).unwrap());
+    // Two frames, one after the other.
+    let (first, second) = plain.split_at(plain.find("1600000001").unwrap());
+    let pack = |text: &str| {
+        ruzstd::encoding::compress_to_vec(
+            text.as_bytes(),
+            ruzstd::encoding::CompressionLevel::Fastest,
+        )
+    };
+    let both = [pack(first), pack(second)].concat();
+    check(&load_bytes("a.zst", &both, &LoadOptions::default()).unwrap());
+    for cut in [gzip.len() / 2, 11] {
+        let error = load_bytes("a.gz", &gzip[..cut], &LoadOptions::default())
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("cut off or damaged"), "{error}");
+    }
+    // A frame of a thousand blocks that each repeat one byte 128 Ki times.
+    let mut bomb = vec![0x28, 0xb5, 0x2f, 0xfd, 0x00, 0x58];
+    for index in 0..1000_u32 {
+        let header = (131_072 << 3) | (1 << 1) | u32::from(index == 999);
+        bomb.extend(&header.to_le_bytes()[..3]);
+        bomb.push(b'0');
+    }
+    let error = load_bytes("bomb.zst", &bomb, &LoadOptions::default())
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("more than 64 MiB"), "{error}");
+}
