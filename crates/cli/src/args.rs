@@ -12,7 +12,8 @@ use std::path::PathBuf;
 #[command(
     after_help = "Exit codes: 0 in distribution (or done), 1 out of distribution, 2 error.\n\
     Formats are told by content: KITTI, TUM, EuRoC, RobotCar, csv with named columns, matrices, npy, \
-    IROS20,\ng2o, COLMAP, NeRF, Open3D; MCAP, ROS 1 and ROS 2 bags; .gz and .zst of text; - is standard input."
+    IROS20, g2o, COLMAP, NeRF, Open3D; MCAP, ROS 1 and ROS 2 bags; .gz and .zst of text; - is \
+    standard input."
 )]
 pub struct Args {
     /// What to do
