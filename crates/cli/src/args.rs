@@ -274,9 +274,6 @@ pub struct Fit {
     /// Shares of alpha of the tests, which sum to 1 (default: equal ones)
     #[arg(long, value_name = "SHARE", value_delimiter = ',')]
     pub shares: Option<Vec<f64>>,
-    /// Share of the alpha of a test of several blocks that its blocks have as tests of their own
-    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
-    pub alone: f64,
     /// Do not compare the stamps of logs
     #[arg(long)]
     pub no_timing: bool,

@@ -42,7 +42,6 @@ fn options(args: &Fit) -> Result<FitOptions> {
         density: args.density.parse()?,
         combination: args.combination.as_deref().map(str::parse).transpose()?,
         shares: args.shares.clone(),
-        alone: args.alone,
         join_overlapping: !args.no_overlap,
         timing: !args.no_timing,
         calibration: !args.no_calibration,

@@ -17,16 +17,20 @@ use dose3_ood::{
     StatisticsSet,
 };
 
-/// The statistics of the default detector: kinematics, robust differences and denoising errors, with a
-/// density each.
-pub const MOTION_STATISTICS: &str = "kinematic,differences,residual+eps-mean";
+/// The statistics of the default detector: a test of kinematics, robust differences and what a linear prediction
+/// leaves over, and a test of how the axes go together; a density for each block.
+pub const MOTION_STATISTICS: &str = "kinematic,differences,lin/cc";
+/// Shares of alpha of its two tests.
+pub const MOTION_SHARES: [f64; 2] = [0.75, 0.25];
 
 /// What a model is best used with where the user says nothing; measured by
 /// `cargo xtask benchmark --faults --part validation` (docs/METHOD.md).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Defaults {
     /// The statistics.
     pub statistics: &'static str,
+    /// Shares of alpha of their tests; equal ones where `None`.
+    pub shares: Option<&'static [f64]>,
     /// Diffusion steps visited.
     pub steps: usize,
     /// Noise draws per window.
@@ -41,11 +45,13 @@ impl Defaults {
         match model.header.representation.kind {
             Kind::Paper => Self {
                 statistics: "paper24",
+                shares: None,
                 steps,
                 draws: 2,
             },
             Kind::Motion => Self {
                 statistics: MOTION_STATISTICS,
+                shares: Some(&MOTION_SHARES),
                 steps: steps.min(12),
                 draws: 1,
             },
@@ -62,10 +68,9 @@ pub struct FitOptions {
     pub density: DensityConfig,
     /// How the blocks become one score; by default Fisher's sum for several, else one joint density.
     pub combination: Option<Combination>,
-    /// Share of alpha of each test of the statistics, in (0, 1]; they sum to 1. By default equal shares.
+    /// Share of alpha of each test of the statistics, in (0, 1]; they sum to 1. By default those
+    /// measured to be good for the default statistics, else equal ones.
     pub shares: Option<Vec<f64>>,
-    /// Share of the alpha of a test of several blocks that its blocks have as tests of their own; in [0, 1).
-    pub alone: f64,
     /// Whether trusted logs that share a recording ([`dose3_datasets::overlaps`]) are one group, whatever their
     /// groups say.
     pub join_overlapping: bool,
@@ -96,7 +101,6 @@ impl Default for FitOptions {
             density: DensityConfig::default(),
             combination: None,
             shares: None,
-            alone: 0.0,
             join_overlapping: true,
             timing: true,
             calibration: true,
@@ -297,6 +301,15 @@ impl DetectorBuilder {
         })
     }
 
+    fn shares_of(&self, model: &Model) -> Option<Vec<f64>> {
+        let usual = || Defaults::of(model).shares.map(<[f64]>::to_vec);
+        match (&self.options.shares, &self.options.statistics) {
+            (Some(shares), _) => Some(shares.clone()),
+            (None, None) => usual(),
+            (None, Some(_)) => None,
+        }
+    }
+
     fn plan(&self, model: &Model, statistics: &StatisticsSet) -> Result<ProbePlan> {
         let (options, defaults) = (&self.options, Defaults::of(model));
         let plan = ProbePlan {
@@ -318,8 +331,7 @@ impl DetectorBuilder {
             statistics,
             density: options.density.clone(),
             combination: options.combination.unwrap_or(usual),
-            shares: options.shares.clone(),
-            alone: options.alone,
+            shares: self.shares_of(model),
             keep_all: options.keep_all,
             overlap: model.header.window.div_ceil(options.stride),
             alpha: options.alpha,

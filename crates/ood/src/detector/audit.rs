@@ -99,8 +99,9 @@ fn judged(
     names: &[String],
 ) -> Result<Vec<(usize, AuditFinding)>, Error> {
     let config = held_out.config;
-    let (tests, durations) = (config.tests(), config.durations());
+    let (shares, durations) = (config.shares(), config.durations());
     let longest = durations.iter().map(|d| d.windows).max().unwrap_or(1);
+    let test_names = config.statistics.test_names();
     let present = |group: &usize| held_out.places.iter().any(|p| p.group == *group);
     let groups: Vec<usize> = (0..kept.len()).filter(|g| kept[*g] && present(g)).collect();
     groups
@@ -108,13 +109,13 @@ fn judged(
         .map(|group| {
             let own = held_out.stretch_rows(|g| g == group);
             let mut worst: Option<(f64, usize, Run)> = None;
-            for (test, scores) in scores.tests.iter().enumerate() {
+            for (test, (scores, share)) in scores.tests.iter().zip(&shares).enumerate() {
                 let others = held_out.stretches(scores, |g| g != group && kept[g]);
                 let reference = RunReference::new(&others, longest, config.overlap)?;
                 let Some(run) = reference.worst_run(scores, &own, &durations) else {
                     continue;
                 };
-                let p = (run.p_value / tests[test].share).min(1.0);
+                let p = (run.p_value / share).min(1.0);
                 if worst.as_ref().is_none_or(|(before, ..)| p < *before) {
                     worst = Some((p, test, run));
                 }
@@ -124,7 +125,7 @@ fn judged(
                     group: names[group].clone(),
                     p_value,
                     left_out: false,
-                    test: tests[test].name.clone(),
+                    test: test_names[test].clone(),
                     log: held_out.places[run.first].log,
                     first: run.first,
                     last: run.last,

@@ -169,7 +169,7 @@ impl Calibration {
         if self.tests.iter().any(|test| ordered(test) != windows) {
             return wrong("the tests' stretches do not add up to its windows");
         }
-        let tests = config.tests().len();
+        let tests = config.statistics.tests();
         if self.tests.len() != tests && !(self.tests.is_empty() && tests == 1) {
             return wrong("it has not the tests of the settings");
         }

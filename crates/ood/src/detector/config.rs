@@ -6,7 +6,6 @@ use crate::error::{Error, expect_len};
 use crate::folds::Folds;
 use crate::statistics::{Statistic, StatisticsSet};
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// What is fitted and how it judges; written into every detector and result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,10 +20,6 @@ pub struct DetectorConfig {
     /// Share of alpha of each test, in (0, 1]; they sum to 1. None: equal shares.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shares: Option<Vec<f64>>,
-    /// Share of the alpha of a test of several blocks that its blocks have as tests of their own, in equal parts;
-    /// in [0, 1). What one block shows clearly, the sum of several dilutes.
-    #[serde(default)]
-    pub alone: f64,
     /// Lengths of the runs of windows that are judged; none: those of the overlap,
     /// [`Duration::of_overlap`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -48,17 +43,6 @@ pub struct DetectorConfig {
     pub seed: u64,
 }
 
-/// A test that a detector makes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PlannedTest {
-    /// Its blocks, joined by a comma.
-    pub name: String,
-    /// The groups of statistics whose chances it joins.
-    pub groups: Range<usize>,
-    /// Its share of alpha.
-    pub share: f64,
-}
-
 impl Default for DetectorConfig {
     fn default() -> Self {
         Self {
@@ -66,7 +50,6 @@ impl Default for DetectorConfig {
             density: DensityConfig::default(),
             combination: Combination::Joint,
             shares: None,
-            alone: 0.0,
             durations: None,
             keep_all: false,
             folds: Folds::Auto,
@@ -110,48 +93,11 @@ impl DetectorConfig {
                 expected: "several tests have no joint density: fisher, harmonic-mean or maximum",
             });
         }
-        // Written so that NaN fails as well.
-        if !(self.alone >= 0.0 && self.alone < 1.0) {
-            return Err(Error::Parameter {
-                name: "alone",
-                value: self.alone.to_string(),
-                expected: "must lie in [0, 1)",
-            });
-        }
         check_shares(&self.shares(), self.statistics.tests())?;
         Duration::check(&self.durations())
     }
 
-    /// What is tested: the tests of the statistics, each followed by its blocks one by one where they have a
-    /// share.
-    #[must_use]
-    pub fn tests(&self) -> Vec<PlannedTest> {
-        let groups = self.statistics.groups();
-        let names = self.statistics.test_names().into_iter();
-        let of_statistics = names.zip(self.statistics.test_groups()).zip(self.shares());
-        let mut tests = Vec::new();
-        for ((name, blocks), share) in of_statistics {
-            let alone = match blocks.len() {
-                several @ 2.. if self.combination != Combination::Joint => {
-                    self.alone * share / several as f64
-                }
-                _ => 0.0,
-            };
-            tests.push(PlannedTest {
-                name,
-                share: share - alone * blocks.len() as f64,
-                groups: blocks.clone(),
-            });
-            tests.extend(blocks.filter(|_| alone > 0.0).map(|block| PlannedTest {
-                name: groups[block].name.clone(),
-                share: alone,
-                groups: block..block + 1,
-            }));
-        }
-        tests
-    }
-
-    /// The share of alpha of each test of the statistics.
+    /// The share of alpha of each test.
     #[must_use]
     pub fn shares(&self) -> Vec<f64> {
         let tests = self.statistics.tests();

@@ -1,6 +1,6 @@
 //! Scores of trusted windows by what has not seen their group.
 
-use super::config::{DetectorConfig, PlannedTest};
+use super::config::DetectorConfig;
 use super::densities::{RawScores, Resolved};
 use super::place::Place;
 use crate::calibration::{Reference, Stretch, held_out};
@@ -10,13 +10,14 @@ use crate::folds::FoldPlan;
 use crate::score::Score;
 use crate::statistics::Group;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Raw scores of all trusted windows, each by densities without its fold.
 pub(super) struct HeldOut<'a> {
     pub config: &'a DetectorConfig,
     pub plan: FoldPlan,
     pub places: &'a [Place],
-    pub tests: Vec<PlannedTest>,
+    pub tests: Vec<Range<usize>>,
     raw: Vec<RawScores>,
     groups: usize,
 }
@@ -65,7 +66,7 @@ impl<'a> HeldOut<'a> {
             config,
             plan,
             places,
-            tests: config.tests(),
+            tests: config.statistics.test_groups(),
             raw,
             groups: groups.len(),
         })
@@ -106,7 +107,7 @@ impl<'a> HeldOut<'a> {
         let windows = match &tests[..] {
             [single] => single.clone(),
             _ => {
-                let shares: Vec<f64> = self.tests.iter().map(|test| test.share).collect();
+                let shares = self.config.shares();
                 let per_unit: Result<Vec<Vec<Reference>>, Error> = (0..self.plan.units())
                     .into_par_iter()
                     .map(|unit| {
@@ -128,9 +129,8 @@ impl<'a> HeldOut<'a> {
     }
 
     fn combine<'r>(&self, references: impl Fn(usize) -> &'r [Reference]) -> Vec<Vec<Score>> {
-        let tests: Vec<_> = self.tests.iter().map(|test| test.groups.clone()).collect();
         let of_row = |(row, raw): (usize, &RawScores)| {
-            raw.combine(self.config.combination, &tests, references(row))
+            raw.combine(self.config.combination, &self.tests, references(row))
         };
         self.raw.iter().enumerate().map(of_row).collect()
     }

@@ -15,7 +15,7 @@ mod verdict;
 pub use audit::AuditFinding;
 pub use basis::{Basis, MeasuredAlarms};
 pub use calibrate::{Calibration, UnitCalibration};
-pub use config::{DetectorConfig, PlannedTest};
+pub use config::DetectorConfig;
 pub use contribution::Contribution;
 pub use densities::Densities;
 pub use place::Place;

@@ -24,9 +24,10 @@ pub(super) fn score_rows(
 ) -> Result<Vec<Scored>, Error> {
     let models = detector.densities.group_models(&detector.groups)?;
     let references = &detector.calibration.groups;
-    let planned = detector.config.tests();
-    let shares: Vec<f64> = planned.iter().map(|test| test.share).collect();
-    let tests: Vec<_> = planned.into_iter().map(|test| test.groups).collect();
+    let (tests, shares) = (
+        detector.config.statistics.test_groups(),
+        detector.config.shares(),
+    );
     rows.par_iter()
         .map(|row| {
             expect_len("statistics of a window", detector.names.len(), row.len())?;

@@ -91,14 +91,15 @@ pub(super) fn judge(
     let (config, calibration) = (&detector.config, &detector.calibration);
     let left = share_left(external)?;
     let durations = config.durations();
-    let own = detector.runs.iter().zip(config.tests()).enumerate();
+    let names = config.statistics.test_names();
+    let own = detector.runs.iter().zip(config.shares()).enumerate();
     let mut tests: Vec<TestVerdict> = own
-        .filter_map(|(index, (reference, planned))| {
+        .filter_map(|(index, (reference, share))| {
             let scores: Vec<Score> = scored.iter().map(|s| s.tests[index]).collect();
             let run = reference.worst_run(&scores, stretches, &durations)?;
             Some(TestVerdict {
-                name: planned.name,
-                share: planned.share * left,
+                name: names[index].clone(),
+                share: share * left,
                 p_value: run.p_value,
                 evidence: Evidence::Run(run),
             })

@@ -1,7 +1,7 @@
 //! The rows of every table: what is compared.
 
 use anyhow::Result;
-use dose3::detector::MOTION_STATISTICS;
+use dose3::detector::{MOTION_SHARES, MOTION_STATISTICS};
 use dose3_ood::{Combination, StatisticsSet};
 
 /// One way to judge.
@@ -18,19 +18,31 @@ pub struct Contender {
 /// What is fitted to the columns of trusted windows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// The detector, its blocks joined like this.
-    Detector(Combination),
+    /// The detector.
+    Detector {
+        /// How the blocks of a test are joined.
+        combination: Combination,
+        /// Shares of alpha of its tests; none: equal ones.
+        shares: Option<&'static [f64]>,
+    },
     /// [`super::forest`].
     Forest,
     /// [`super::nearest`].
     Nearest,
 }
 
-const fn detector(key: &'static str, statistics: &'static str) -> Contender {
+const fn tests(
+    key: &'static str,
+    statistics: &'static str,
+    shares: Option<&'static [f64]>,
+) -> Contender {
     Contender {
         key,
         statistics,
-        kind: Kind::Detector(Combination::Fisher),
+        kind: Kind::Detector {
+            combination: Combination::Fisher,
+            shares,
+        },
     }
 }
 
@@ -38,21 +50,28 @@ const fn block(key: &'static str) -> Contender {
     Contender {
         key,
         statistics: key,
-        kind: Kind::Detector(Combination::Joint),
+        kind: Kind::Detector {
+            combination: Combination::Joint,
+            shares: None,
+        },
     }
 }
 
 /// Key of the default detector.
 pub const DEFAULT: &str = "default";
 
-/// All of them.
-pub const CONTENDERS: [Contender; 9] = [
-    detector(DEFAULT, MOTION_STATISTICS),
-    detector("no network", "kinematic,differences,lin"),
-    detector("no network + cc", "kinematic,differences,lin,cc"),
+/// All of them: the default, the same with less or more, single blocks, methods of others.
+pub const CONTENDERS: [Contender; 13] = [
+    tests(DEFAULT, MOTION_STATISTICS, Some(&MOTION_SHARES)),
+    tests("network as a test", WITH_NETWORK, Some(&[0.6, 0.2, 0.2])),
+    tests("network in the sum", IN_THE_SUM, Some(&MOTION_SHARES)),
+    tests("one sum", "kinematic,differences,lin,cc", None),
+    tests("sum without cc", "kinematic,differences,lin", None),
     block("kinematic"),
     block("differences"),
     block("lin"),
+    block("cc"),
+    block("residual+eps-mean"),
     block("moments24"),
     Contender {
         key: "isolation forest",
@@ -65,6 +84,11 @@ pub const CONTENDERS: [Contender; 9] = [
         kind: Kind::Nearest,
     },
 ];
+
+/// The network's block with a share of alpha of its own.
+const WITH_NETWORK: &str = "kinematic,differences,lin/cc/residual+eps-mean";
+/// The network's block as one more term.
+const IN_THE_SUM: &str = "kinematic,differences,lin,residual+eps-mean/cc";
 
 impl Contender {
     /// The columns.

@@ -72,11 +72,15 @@ impl Fitted {
         settings: &Settings,
     ) -> Result<Self> {
         match contender.kind {
-            Kind::Detector(combination) => {
+            Kind::Detector {
+                combination,
+                shares,
+            } => {
                 let config = DetectorConfig {
                     statistics: contender.set()?,
                     density: settings.density.clone(),
                     combination,
+                    shares: shares.map(<[f64]>::to_vec),
                     overlap: settings.overlap,
                     alpha: ALPHA,
                     draws: settings.draws,
