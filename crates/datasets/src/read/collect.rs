@@ -66,6 +66,25 @@ impl<'a> Collector<'a> {
         }
     }
 
+    /// A collector for some rows of the same file, which only counts repairs.
+    pub fn part(&self) -> Self {
+        Self {
+            coarseness: self.coarseness,
+            ..Self::new(self.path, self.options)
+        }
+    }
+
+    /// Adds what was repaired in some rows.
+    pub fn add_repairs(&mut self, part: &LoadReport) {
+        let report = &mut self.report;
+        report.truncated_tail += part.truncated_tail;
+        report.quaternions_normalised += part.quaternions_normalised;
+        report.rotations_projected += part.rotations_projected;
+        report.largest_rotation_error = report
+            .largest_rotation_error
+            .max(part.largest_rotation_error);
+    }
+
     /// About so many poses will come.
     pub fn expect(&mut self, poses: usize) {
         self.stamps.reserve(poses);

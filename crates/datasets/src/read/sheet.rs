@@ -11,16 +11,21 @@ use super::kitti;
 use super::layout::{Layout, Order, Rotation, Stamp, is_comment};
 use super::numbers::float;
 use super::table::{Row, Separator, after_point, check_coordinate, is_no_value};
-use super::text::Text;
+use super::text::{Line, Text};
 use crate::error::Place;
 use crate::{
-    Error, Format, LoadOptions, LostKind, ReadOption, Remark, RemarkKind, StampUnit, Trajectory,
+    Error, Format, LoadOptions, LoadReport, LostKind, ReadOption, Remark, RemarkKind, StampUnit,
+    Trajectory,
 };
 
 /// Rows looked at to tell units and orders.
 const SAMPLE: usize = 5000;
 /// Largest deviation of the last row of a 4x4 matrix from (0, 0, 0, 1).
 const LAST_ROW_TOLERANCE: f64 = 1e-6;
+/// Lines that make a thread of their own worth it.
+const LINES_A_PART: usize = 20_000;
+/// Beyond this many threads, the file comes slower than it is taken apart.
+const MOST_THREADS: usize = 8;
 /// Rows whose digits are counted.
 const ROWS_FOR_DIGITS: usize = 100;
 /// Two turns: larger angles are degrees.
@@ -398,7 +403,6 @@ fn read_rows(
     clock: Clock,
     mut collector: Collector<'_>,
 ) -> Result<Trajectory, Error> {
-    let names = Names(layout);
     if let Some((decimals, deviation)) = coarseness(text, layout) {
         collector.matrices_are_coarse(deviation);
         let words = format!(
@@ -409,66 +413,174 @@ fn read_rows(
             .remarks
             .push(Remark::new(RemarkKind::Encoding, words));
     }
-    let mut fields = Vec::with_capacity(layout.columns);
-    let first = text.lines().find(|line| !is_comment(line.text));
-    let width = first.map_or(1, |line| line.text.len() + 1);
-    collector.expect(text.as_str().len() / width + 1);
-    let mut tail = Tail::default();
-    for line in text.lines() {
-        if is_comment(line.text)
-            || layout
-                .header_line
-                .is_some_and(|header| line.number <= header)
-        {
-            continue;
+    if let Clock::Unit(unit) = clock {
+        collector.stamps_in(unit);
+    }
+    let data = |line: &Line<'_>| {
+        let header = layout
+            .header_line
+            .is_some_and(|header| line.number <= header);
+        !header && !is_comment(line.text)
+    };
+    let lines: Vec<Line<'_>> = text.lines().filter(data).collect();
+    collector.expect(lines.len());
+    let parts = parse_parts(path, &lines, layout, clock, &collector);
+    drop(lines);
+    for part in parts {
+        collector.add_repairs(&part.repairs);
+        for Parsed { line, time, found } in part.rows {
+            let stamp = match time {
+                Time::Missing => None,
+                Time::At(stamp) => Some(stamp),
+                Time::Row => Some(collector.next_nominal(layout.format)),
+                Time::Index(index) => Some(collector.nominal(layout.format, index)),
+            };
+            let (place, row) = (Place::Line(line), line as u64);
+            match (found, stamp) {
+                (Ok(pose), Some(stamp)) => collector.push_row(place, row, stamp, pose)?,
+                (Ok(_), None) => collector.lose(place, row, None, LostKind::Nan)?,
+                (Err(kind), stamp) => collector.lose(place, row, stamp, kind)?,
+            }
         }
+        if let Some(fault) = part.fault {
+            return Err(fault);
+        }
+    }
+    match clock {
+        Clock::Unit(_) => collector.finish(layout.format),
+        Clock::Index | Clock::Rows => collector.finish_without_stamps(layout.format),
+    }
+}
+
+/// A row taken apart, not yet part of the log.
+struct Parsed {
+    line: usize,
+    time: Time,
+    found: Result<Pose, LostKind>,
+}
+
+/// When a row was.
+enum Time {
+    /// It does not say.
+    Missing,
+    /// Nanoseconds.
+    At(i64),
+    /// At the place of its frame number.
+    Index(usize),
+    /// After the row before.
+    Row,
+}
+
+/// Rows in a piece, up to the first that cannot be read.
+#[derive(Default)]
+struct Part {
+    rows: Vec<Parsed>,
+    repairs: LoadReport,
+    fault: Option<Error>,
+}
+
+/// Takes the lines apart on as many threads as are worth it; the parts come in the order of the file, so the log does
+/// not depend on their number.
+fn parse_parts(
+    path: &Path,
+    lines: &[Line<'_>],
+    layout: &Layout,
+    clock: Clock,
+    collector: &Collector<'_>,
+) -> Vec<Part> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = (lines.len() / LINES_A_PART).clamp(1, cores.min(MOST_THREADS));
+    let parse = |lines: &[Line<'_>]| parse_part(path, lines, layout, clock, collector.part());
+    if threads == 1 {
+        return vec![parse(lines)];
+    }
+    std::thread::scope(|scope| {
+        let parse = &parse;
+        let spawned: Vec<_> = lines
+            .chunks(lines.len().div_ceil(threads))
+            .map(|lines| {
+                let handle = std::thread::Builder::new().spawn_scoped(scope, move || parse(lines));
+                (lines, handle)
+            })
+            .collect();
+        spawned
+            .into_iter()
+            .map(|(lines, handle)| match handle.map(|handle| handle.join()) {
+                Ok(Ok(part)) => part,
+                Ok(Err(panic)) => std::panic::resume_unwind(panic),
+                // No thread to be had.
+                Err(_) => parse(lines),
+            })
+            .collect()
+    })
+}
+
+fn parse_part(
+    path: &Path,
+    lines: &[Line<'_>],
+    layout: &Layout,
+    clock: Clock,
+    mut collector: Collector<'_>,
+) -> Part {
+    let names = Names(layout);
+    let mut part = Part::default();
+    part.rows.reserve(lines.len());
+    let mut fields = Vec::with_capacity(layout.columns);
+    let mut tail = Tail::default();
+    for line in lines {
         layout.separator.split(line.text, &mut fields);
-        let row = Row::new(path, &line, &fields);
+        let row = Row::new(path, line, &fields);
         if row.is_cut_off(layout.columns, tail.digits()) {
             collector.report.truncated_tail += 1;
             continue;
         }
-        if row.len() < layout.columns || row.len() > layout.columns && !layout.more {
-            return Err(wrong_length(&row, layout));
-        }
         tail.take(&row);
-        let stamp = match (clock, layout.stamp) {
-            (Clock::Rows, _) | (_, Stamp::None) => Some(collector.next_nominal(layout.format)),
-            (Clock::Index, Stamp::Index(column) | Stamp::Column(column, _)) => {
-                let index = row.number(column, "the frame number")?;
-                Some(collector.nominal(layout.format, index.max(0.0) as usize))
+        match parse_row(path, &row, layout, clock, &names, &mut collector) {
+            Ok((time, found)) => part.rows.push(Parsed {
+                line: line.number,
+                time,
+                found,
+            }),
+            Err(fault) => {
+                part.fault = Some(fault);
+                break;
             }
-            (Clock::Unit(_), Stamp::Pair(seconds, part)) => {
-                let whole = row.stamp(seconds, StampUnit::Seconds)?;
-                Some(whole.saturating_add(row.stamp(part, StampUnit::Nanoseconds)?))
-            }
-            (Clock::Unit(unit), Stamp::Column(column, _) | Stamp::Index(column)) => {
-                match row.stamp(column, unit) {
-                    Ok(stamp) => Some(stamp),
-                    Err(_) if is_no_value(row.field(column, "the stamp")?) => None,
-                    Err(fault) => return Err(fault),
-                }
-            }
-            (Clock::Index, Stamp::Pair(..)) => Some(collector.next_nominal(layout.format)),
-        };
-        let found = read_pose(path, &row, layout, &names, &mut collector)?;
-        match (found, stamp) {
-            (Ok(pose), Some(stamp)) => {
-                collector.push_row(row.place(), line.number as u64, stamp, pose)?;
-            }
-            (Ok(_), None) => {
-                collector.lose(row.place(), line.number as u64, None, LostKind::Nan)?
-            }
-            (Err(kind), stamp) => collector.lose(row.place(), line.number as u64, stamp, kind)?,
         }
     }
-    match clock {
-        Clock::Unit(unit) => {
-            collector.stamps_in(unit);
-            collector.finish(layout.format)
-        }
-        Clock::Index | Clock::Rows => collector.finish_without_stamps(layout.format),
+    part.repairs = collector.report;
+    part
+}
+
+fn parse_row(
+    path: &Path,
+    row: &Row<'_, '_>,
+    layout: &Layout,
+    clock: Clock,
+    names: &Names<'_>,
+    collector: &mut Collector<'_>,
+) -> Result<(Time, Result<Pose, LostKind>), Error> {
+    if row.len() < layout.columns || row.len() > layout.columns && !layout.more {
+        return Err(wrong_length(row, layout));
     }
+    let time = match (clock, layout.stamp) {
+        (Clock::Rows, _) | (_, Stamp::None) | (Clock::Index, Stamp::Pair(..)) => Time::Row,
+        (Clock::Index, Stamp::Index(column) | Stamp::Column(column, _)) => {
+            Time::Index(row.number(column, "the frame number")?.max(0.0) as usize)
+        }
+        (Clock::Unit(_), Stamp::Pair(seconds, part)) => {
+            let whole = row.stamp(seconds, StampUnit::Seconds)?;
+            Time::At(whole.saturating_add(row.stamp(part, StampUnit::Nanoseconds)?))
+        }
+        (Clock::Unit(unit), Stamp::Column(column, _) | Stamp::Index(column)) => {
+            match row.stamp(column, unit) {
+                Ok(stamp) => Time::At(stamp),
+                Err(_) if is_no_value(row.field(column, "the stamp")?) => Time::Missing,
+                Err(fault) => return Err(fault),
+            }
+        }
+    };
+    let found = read_pose(path, row, layout, names, collector)?;
+    Ok((time, found))
 }
 
 /// Decimals of the matrices of a file that has only two or three, and the deviation from orthogonality that follows:

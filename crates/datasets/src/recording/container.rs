@@ -121,6 +121,43 @@ impl<'a> Container<'a> {
     }
 }
 
+/// Unpacks the front of a chunk, through the record (a code, a length in eight bytes, content) that begins at `last`.
+pub(crate) fn unpack_front(packed: &[u8], compression: &str, last: u64) -> Result<Vec<u8>, Fault> {
+    const RECORD: u64 = 9;
+    let damaged = |fault: &dyn std::fmt::Display| {
+        Fault::Damaged(format!("damaged {compression} data ({fault})"))
+    };
+    let limit = crate::read::unpack_limit(packed.len());
+    let mut reader: Box<dyn Read + '_> = match compression {
+        "zstd" => Box::new(
+            ruzstd::decoding::StreamingDecoder::new(packed).map_err(|fault| damaged(&fault))?,
+        ),
+        "lz4" => Box::new(lz4_flex::frame::FrameDecoder::new(packed)),
+        _ => return unpack(packed, compression, None),
+    };
+    let mut out = Vec::new();
+    let mut reach = last.saturating_add(RECORD);
+    for _ in 0..2 {
+        if reach > limit {
+            return Err(Fault::Damaged(format!(
+                "a chunk that reaches to {} MiB",
+                reach >> 20
+            )));
+        }
+        let missing = reach.saturating_sub(out.len() as u64);
+        let read = reader.by_ref().take(missing).read_to_end(&mut out);
+        if read.map_err(|fault| damaged(&fault))? as u64 != missing {
+            return Err(Fault::Damaged("a chunk that ends too early".to_owned()));
+        }
+        let length = out.get(last as usize + 1..).and_then(|rest| rest.get(..8));
+        let length = length
+            .and_then(|eight| eight.try_into().ok())
+            .map_or(0, u64::from_le_bytes);
+        reach = last.saturating_add(RECORD).saturating_add(length);
+    }
+    Ok(out)
+}
+
 /// Unpacks a chunk or a message.
 pub(crate) fn unpack(
     packed: &[u8],

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
-use super::container::{Channel, Encoding, Fault, Visitor, plain_kind, unpack};
+use super::container::{Channel, Encoding, Fault, Visitor, plain_kind, unpack, unpack_front};
 use super::data::{Cursor, Data};
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
@@ -20,6 +20,7 @@ mod code {
     pub const CHANNEL: u8 = 0x04;
     pub const MESSAGE: u8 = 0x05;
     pub const CHUNK: u8 = 0x06;
+    pub const MESSAGE_INDEX: u8 = 0x07;
     pub const CHUNK_INDEX: u8 = 0x08;
     pub const STATISTICS: u8 = 0x0b;
     pub const DATA_END: u8 = 0x0f;
@@ -36,7 +37,8 @@ pub(crate) struct Mcap<'a> {
 /// A chunk as the index tells it.
 struct Chunk {
     offset: u64,
-    channels: Vec<u32>,
+    /// Channels with messages in it, and where the list of their places is.
+    channels: Vec<(u32, u64)>,
 }
 
 #[derive(Default)]
@@ -195,7 +197,7 @@ impl<'a> Mcap<'a> {
                     ended = true;
                     return Err(Fault::Stop);
                 }
-                code::CHUNK => walk_chunk(body, visit)?,
+                code::CHUNK => walk_chunk(body, None, visit)?,
                 _ => visit(code, body)?,
             }
             Ok(())
@@ -244,7 +246,7 @@ impl<'a> Mcap<'a> {
                 || chunk
                     .channels
                     .iter()
-                    .any(|channel| wanted.contains(channel))
+                    .any(|(channel, _)| wanted.contains(channel))
             {
                 let range = chunk.offset..self.data.len();
                 let (code, body) = record(&self.data, &range)?;
@@ -253,10 +255,33 @@ impl<'a> Mcap<'a> {
                         "an index that points to no chunk".to_owned(),
                     ));
                 }
-                walk_chunk(&body, &mut take)?;
+                walk_chunk(&body, self.last_place(chunk, wanted), &mut take)?;
             }
         }
         Ok(())
+    }
+
+    /// Where the last wanted message of a chunk begins among its unpacked records; `None` where the index does not
+    /// tell. What lies behind, pictures mostly, need not be unpacked.
+    fn last_place(&self, chunk: &Chunk, wanted: &HashSet<u32>) -> Option<u64> {
+        let mut last = None;
+        for (channel, offset) in chunk
+            .channels
+            .iter()
+            .filter(|(channel, _)| wanted.contains(channel))
+        {
+            let (code, body) = record(&self.data, &(*offset..self.data.len())).ok()?;
+            let content = body.all().ok()?;
+            let mut cursor = Cursor(&content);
+            if code != code::MESSAGE_INDEX || u32::from(cursor.u16()?) != *channel {
+                return None;
+            }
+            let mut entries = Cursor(cursor.block()?);
+            while let (Some(_), Some(place)) = (entries.u64(), entries.u64()) {
+                last = last.max(Some(place));
+            }
+        }
+        last
     }
 }
 
@@ -267,8 +292,8 @@ fn chunk_index(content: &[u8]) -> Option<Chunk> {
     cursor.take(8)?;
     let mut entries = Cursor(cursor.block()?);
     let mut channels = Vec::new();
-    while let (Some(channel), Some(_)) = (entries.u16(), entries.u64()) {
-        channels.push(u32::from(channel));
+    while let (Some(channel), Some(offset)) = (entries.u16(), entries.u64()) {
+        channels.push((u32::from(channel), offset));
     }
     Some(Chunk { offset, channels })
 }
@@ -351,7 +376,7 @@ fn walk(
                         data,
                         range: range.start + RECORD..range.end,
                     };
-                    walk_chunk(&cut, visit)?;
+                    walk_chunk(&cut, None, visit)?;
                 }
                 return Err(fault);
             }
@@ -362,8 +387,12 @@ fn walk(
     Ok(())
 }
 
-/// The records of a chunk.
-fn walk_chunk(body: &Body<'_, '_>, visit: &mut RecordVisitor<'_>) -> Result<(), Fault> {
+/// The records of a chunk, those after the one that begins at `last` left out where it is known.
+fn walk_chunk(
+    body: &Body<'_, '_>,
+    last: Option<u64>,
+    visit: &mut RecordVisitor<'_>,
+) -> Result<(), Fault> {
     const FIXED: u64 = 8 + 8 + 8 + 4;
     let damaged = || Fault::Damaged("a damaged chunk".to_owned());
     let head = body.front(FIXED + 4 + 16 + 8)?;
@@ -379,6 +408,9 @@ fn walk_chunk(body: &Body<'_, '_>, visit: &mut RecordVisitor<'_>) -> Result<(), 
         return walk(body.data, start..end, visit);
     }
     let packed = body.data.read(start, end.saturating_sub(start))?;
-    let records = unpack(&packed, &compression, Some(size))?;
+    let records = match last {
+        Some(last) if last < size => unpack_front(&packed, &compression, last)?,
+        _ => unpack(&packed, &compression, Some(size))?,
+    };
     walk(&Data::Bytes(&records), 0..records.len() as u64, visit)
 }
