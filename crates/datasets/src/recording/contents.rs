@@ -50,10 +50,12 @@ pub struct Chain {
     pub hertz: Vec<Option<f64>>,
 }
 
+/// Messages of a topic that are looked at.
+const SEEN: u64 = 200;
+
 #[derive(Default)]
 struct Seen {
     stamps: Vec<i64>,
-    count: u64,
     frame: Option<String>,
     child: Option<String>,
 }
@@ -75,12 +77,36 @@ pub fn contents(path: &Path, options: &LoadOptions) -> Result<Option<Contents>, 
         return Ok(None);
     }
     let recording = open(path, format)?;
+    let mut counts: BTreeMap<&str, u64> = BTreeMap::new();
+    let parts: Vec<_> = recording
+        .parts
+        .iter()
+        .map(|part| (part, part.counts()))
+        .collect();
+    for (part, known) in &parts {
+        for channel in part.channels() {
+            let count = known.get(&channel.id).copied().unwrap_or(0);
+            *counts.entry(&channel.topic).or_default() += count;
+        }
+    }
+    let is_poses = |kind: &str| matches!(message::kind(kind), Kind::Pose(_) | Kind::Path);
+    let channels = || parts.iter().flat_map(|(part, _)| part.channels());
+    // Topics of which more messages are to be seen: the first ones tell rate and frames.
+    let mut open: BTreeMap<&str, u64> = channels()
+        .filter(|channel| is_poses(&channel.kind))
+        .map(|channel| {
+            (
+                channel.topic.as_str(),
+                counts[channel.topic.as_str()].min(SEEN),
+            )
+        })
+        .collect();
+    open.retain(|_, left| *left > 0);
     let mut seen: BTreeMap<String, Seen> = BTreeMap::new();
     recording.messages(
-        |channel| matches!(message::kind(&channel.kind), Kind::Pose(_) | Kind::Path),
+        |channel| is_poses(&channel.kind),
         &mut |channel, time, content| {
             let entry = seen.entry(channel.topic.clone()).or_default();
-            entry.count += 1;
             if let Kind::Pose(shape) = message::kind(&channel.kind)
                 && let Some(pose) = message::pose(content, channel.encoding, shape)
             {
@@ -88,24 +114,25 @@ pub fn contents(path: &Path, options: &LoadOptions) -> Result<Option<Contents>, 
                 entry.frame.get_or_insert(pose.parent);
                 entry.child.get_or_insert(pose.child);
             }
-            Ok(())
+            if let Some(left) = open.get_mut(channel.topic.as_str()) {
+                *left -= 1;
+                if *left == 0 {
+                    open.remove(channel.topic.as_str());
+                }
+            }
+            Ok(!open.is_empty())
         },
     )?;
     let mut topics: BTreeMap<String, Topic> = BTreeMap::new();
-    let parts = recording.parts.iter().map(|part| (part, part.counts()));
-    let channels = parts.flat_map(|(part, counts)| {
-        let all = part.channels().iter();
-        all.map(move |channel| (channel, counts.get(&channel.id).copied()))
-    });
-    for (channel, count) in channels {
-        let topic = topics.entry(channel.topic.clone()).or_insert_with(|| {
+    for channel in channels() {
+        topics.entry(channel.topic.clone()).or_insert_with(|| {
             let found = seen.get(&channel.topic);
             let named = |name: Option<&String>| name.filter(|name| !name.is_empty()).cloned();
             let kind = message::kind(&channel.kind);
             Topic {
                 name: channel.topic.clone(),
                 kind: channel.kind.clone(),
-                messages: found.map(|seen| seen.count),
+                messages: counts.get(channel.topic.as_str()).copied(),
                 hertz: found
                     .and_then(|seen| stretch::median_step(&seen.stamps))
                     .map(|step| 1.0 / step),
@@ -118,11 +145,6 @@ pub fn contents(path: &Path, options: &LoadOptions) -> Result<Option<Contents>, 
                 },
             }
         });
-        if !seen.contains_key(&channel.topic)
-            && let Some(count) = count
-        {
-            topic.messages = Some(topic.messages.unwrap_or(0) + count);
-        }
     }
     let chains = recording.tree()?.chains().into_iter().map(|chain| Chain {
         hertz: chain.iter().skip(1).map(|link| link.hertz).collect(),

@@ -45,7 +45,8 @@ pub(crate) struct Recording<'a> {
 }
 
 /// Takes a message: its channel, the time of recording in nanoseconds, the unpacked content.
-type MessageVisitor<'v> = dyn FnMut(&Channel, i64, &[u8]) -> Result<(), Error> + 'v;
+/// False where no more are wanted.
+type MessageVisitor<'v> = dyn FnMut(&Channel, i64, &[u8]) -> Result<bool, Error> + 'v;
 
 /// A topic over all files of a recording.
 struct Merged {
@@ -111,7 +112,7 @@ impl<'a> Recording<'a> {
                 continue;
             }
             let ids: HashSet<u32> = channels.keys().copied().collect();
-            let mut failed = None;
+            let (mut failed, mut enough) = (None, false);
             let result = part.messages(&ids, &mut |id, time, content| {
                 let channel = channels[&id];
                 // ROS 2 can pack each message; CDR begins with two bytes that zstd does not begin with.
@@ -122,13 +123,21 @@ impl<'a> Recording<'a> {
                 } else {
                     visit(channel, time, content)
                 };
-                result.map_err(|error| {
-                    failed = Some(error);
-                    Fault::Stop
-                })
+                match result {
+                    Ok(true) => Ok(()),
+                    Ok(false) => {
+                        enough = true;
+                        Err(Fault::Stop)
+                    }
+                    Err(error) => {
+                        failed = Some(error);
+                        Err(Fault::Stop)
+                    }
+                }
             });
             match (result, failed) {
                 (_, Some(error)) => return Err(error),
+                (_, None) if enough => return Ok(()),
                 (Err(fault), None) => return Err(broken(&self.path, fault)),
                 (Ok(()), None) => {}
             }
@@ -286,14 +295,14 @@ impl<'a> Recording<'a> {
                         } else {
                             found.stamp.unwrap_or(time)
                         };
-                        take(&mut collector, place, row as u64 - 1, stamp, &found)
+                        take(&mut collector, place, row as u64 - 1, stamp, &found)?;
                     }
                     _ => {
                         last_path =
                             Some(message::path(content, channel.encoding).ok_or_else(short)?);
-                        Ok(())
                     }
                 }
+                Ok(true)
             },
         )?;
         if let Some(poses) = last_path {
@@ -379,7 +388,7 @@ impl<'a> Recording<'a> {
                     Some(all) => all.iter().for_each(|transform| tree.add(transform, fixed)),
                     None => tree.unusable += 1,
                 }
-                Ok(())
+                Ok(true)
             },
         )?;
         tree.finish();
