@@ -84,6 +84,9 @@ pub struct Reading {
     /// pairs (`t=stamp,x=3,yaw=heading`) (default: told by the header or the data)
     #[arg(long, value_name = "COLUMNS")]
     pub columns: Option<Columns>,
+    /// Column of text tables that tells several logs apart, by name or by number from 1: one log a value
+    #[arg(long, value_name = "NAME")]
+    pub log_column: Option<String>,
     /// What marks rows without a pose (default: NaN, zero rotations, the identity amid others)
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     pub lost: Vec<LostKind>,

@@ -78,7 +78,7 @@ pub(crate) fn detect_bytes(
     let short = whole && bytes.len() as u64 <= SAMPLE;
     let sample = if short { bytes } else { whole_lines(bytes) };
     let text = Text::new(path, sample, &mut LoadReport::default()).map_err(as_unknown)?;
-    if options.columns.is_none() {
+    if options.columns.is_none() && options.log_column.is_none() {
         if let Some(format) = read::detect_graph(text.as_str()) {
             return Ok(format);
         }

@@ -33,7 +33,9 @@ pub use format::{Format, Frame, Rate, RateSource};
 pub use groups::{GroupBy, LogGroups, Overlap, Shared, overlaps};
 pub use hex::hex;
 pub use increments::increments;
-pub use load::{Survey, discover, load, load_all, load_bytes, load_several, survey};
+pub use load::{
+    Survey, discover, load, load_all, load_bytes, load_several, load_several_bytes, survey,
+};
 pub use naming::{group_logs, make_unique};
 pub use options::LoadOptions;
 pub use read::columns::Columns;

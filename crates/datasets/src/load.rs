@@ -207,7 +207,7 @@ pub fn load_all(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Trajecto
 }
 
 /// Reads the logs of exactly one file or folder of a recording: one, but for a recording of which several topics were
-/// asked for.
+/// asked for and for a table with a column that names its logs ([`LoadOptions::log_column`]).
 ///
 /// # Errors
 /// As [`load`].
@@ -218,7 +218,8 @@ pub fn load_several(path: &Path, options: &LoadOptions) -> Result<Vec<Trajectory
     }
 }
 
-/// The only log of a file; a recording of which several topics were asked for has more.
+/// The only log of a file; a recording of which several topics were asked for has more, and so has a table whose
+/// column names the logs.
 fn one(path: &Path, mut logs: Vec<Trajectory>) -> Result<Trajectory, Error> {
     match (logs.pop(), logs.len()) {
         (Some(log), 0) => Ok(log),
@@ -226,12 +227,13 @@ fn one(path: &Path, mut logs: Vec<Trajectory>) -> Result<Trajectory, Error> {
             path: path.to_path_buf(),
             found: more + 1,
             names: String::new(),
-            hint: "name one of its topics",
+            hint: "read them as several logs, or name one topic of a recording",
         }),
     }
 }
 
-/// The logs of one file: one, but for a recording of which several topics were asked for.
+/// The logs of one file: one, but for a recording of which several topics were asked for and for a table with a column
+/// that names its logs.
 fn load_file(path: &Path, options: &LoadOptions) -> Result<Vec<Trajectory>, Error> {
     options.check()?;
     if path != Path::new(STANDARD_INPUT) && path.is_dir() {
@@ -298,6 +300,30 @@ pub fn load_bytes(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Tra
     one(path, parse(path, bytes, options)?)
 }
 
+/// As [`load_bytes`], for files that hold several logs, as [`load_several`] reads them.
+///
+/// # Errors
+/// What is wrong with the content.
+///
+/// ```
+/// use dose3_datasets::{LoadOptions, load_several_bytes};
+///
+/// let text = b"run,t,x,y,z,qw,qx,qy,qz\na,0.0,0,0,0,1,0,0,0\na,0.1,1,0,0,1,0,0,0\n\
+///     b,0.0,0,0,0,1,0,0,0\nb,0.1,0,2,0,1,0,0,0\n";
+/// let options = LoadOptions { log_column: Some("run".to_owned()), ..LoadOptions::default() };
+/// let logs = load_several_bytes("runs.csv", text, &options)?;
+/// assert_eq!((logs[1].name.as_str(), logs[1].poses[1].translation.y), ("b", 2.0));
+/// # Ok::<(), dose3_datasets::Error>(())
+/// ```
+pub fn load_several_bytes(
+    name: &str,
+    bytes: &[u8],
+    options: &LoadOptions,
+) -> Result<Vec<Trajectory>, Error> {
+    options.check()?;
+    parse(Path::new(name), bytes, options)
+}
+
 fn parse(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Vec<Trajectory>, Error> {
     let bytes = read::unpack(path, bytes)?;
     let format = match options.format {
@@ -308,6 +334,5 @@ fn parse(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Vec<Traject
     if format.is_recording() {
         return crate::recording::Recording::from_bytes(path, &bytes, format)?.read(options);
     }
-    let log = read::read(path, &bytes, format, options.format.is_some(), options)?;
-    Ok(vec![log])
+    read::read_all(path, &bytes, format, options.format.is_some(), options)
 }

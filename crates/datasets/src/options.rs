@@ -28,6 +28,9 @@ pub struct LoadOptions {
     pub rate: Option<f64>,
     /// Which columns of a text file hold the pose. `None` is what the header or the data say.
     pub columns: Option<Columns>,
+    /// The column of a text table, by its name in the header or its number from 1, whose values tell several logs
+    /// apart: one log a value, named so. Other formats have no columns and are read as ever.
+    pub log_column: Option<String>,
     /// What marks rows without a pose. Empty: NaN and zero rotations, and the identity where the log jumps to it
     /// and back. Given kinds are the only ones looked for, and `Identity` then means every identity.
     pub lost: Vec<LostKind>,
@@ -90,6 +93,7 @@ impl Default for LoadOptions {
             stamp_unit: None,
             rate: None,
             columns: None,
+            log_column: None,
             lost: Vec::new(),
             strict: false,
             topics: Vec::new(),

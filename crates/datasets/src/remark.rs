@@ -34,6 +34,8 @@ pub enum RemarkKind {
     Angles,
     /// Which columns, which topic or which part of the file was taken.
     Columns,
+    /// Rows of a table with several logs were not in the order of their stamps, and were sorted.
+    Sorted,
     /// Characters, line ends or numbers are written in an unusual way.
     Encoding,
     /// The rate is none that a pose source has.
@@ -65,6 +67,8 @@ pub enum ReadOption {
     Rate,
     /// [`crate::LoadOptions::columns`]
     Columns,
+    /// [`crate::LoadOptions::log_column`]
+    LogColumn,
     /// [`crate::LoadOptions::lost`]
     Lost,
     /// [`crate::LoadOptions::topics`]
@@ -87,6 +91,7 @@ impl ReadOption {
             Self::StampUnit => "stamp-unit",
             Self::Rate => "rate",
             Self::Columns => "columns",
+            Self::LogColumn => "log-column",
             Self::Lost => "lost",
             Self::Topic => "topic",
             Self::Tf => "tf",
@@ -116,6 +121,7 @@ impl Remark {
         matches!(
             self.kind,
             RemarkKind::StampsAreAnIndex
+                | RemarkKind::Sorted
                 | RemarkKind::OutlierStamp
                 | RemarkKind::ImplausibleRate
                 | RemarkKind::ImplausibleSpeed

@@ -101,6 +101,7 @@ fn read_options(reading: &Reading) -> ReadOptions {
             max_gap: reading.max_gap,
             stamp_unit: reading.stamp_unit,
             columns: reading.columns.clone(),
+            log_column: reading.log_column.clone(),
             lost: reading.lost.clone(),
             strict: reading.strict,
             topics: reading.topic.clone(),

@@ -12,6 +12,7 @@ mod npy;
 mod numbers;
 mod plausible;
 mod robotcar;
+mod several;
 mod sheet;
 mod table;
 mod text;
@@ -35,10 +36,27 @@ pub(crate) use text::{Text, signature};
 pub(crate) use unpack::limit as unpack_limit;
 pub(crate) use unpack::unpack;
 
+/// Reads the logs in the unpacked bytes of a file: one, but for a table with a column that names its logs.
+pub(crate) fn read_all(
+    path: &Path,
+    bytes: &[u8],
+    format: Format,
+    named: bool,
+    options: &LoadOptions,
+) -> Result<Vec<Trajectory>, Error> {
+    match (&options.log_column, format) {
+        (
+            Some(column),
+            Format::Kitti | Format::Tum | Format::Euroc | Format::Csv | Format::Matrix,
+        ) => several::read(path, bytes, named.then_some(format), column, options),
+        _ => Ok(vec![read(path, bytes, format, named, options)?]),
+    }
+}
+
 /// Reads the one log in the unpacked bytes of a file; `named` where the user said the format.
 ///
 /// `path` is for messages and names; where it is a file, times may lie beside it.
-pub(crate) fn read(
+fn read(
     path: &Path,
     bytes: &[u8],
     format: Format,

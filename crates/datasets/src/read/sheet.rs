@@ -50,15 +50,38 @@ pub(crate) fn read(
         let stamps = kitti::read_times(&times)?;
         collector.take_times(times, stamps);
     }
-    let sample = Sample::new(path, &text, &layout);
-    let unit = stamp_unit(&mut layout, &sample, options, &mut collector);
-    decide_rotation(&mut layout, &sample, &mut collector);
+    let lines = data_lines(&text, &layout);
+    let sample = Sample::new(path, &lines, &layout);
+    let clock = settle(&mut layout, &sample, options, &mut collector);
+    read_lines(path, &lines, &layout, clock, collector)
+}
+
+/// The lines that hold data.
+pub(super) fn data_lines<'a>(text: &'a Text<'_>, layout: &Layout) -> Vec<Line<'a>> {
+    let data = |line: &Line<'_>| {
+        let header = layout
+            .header_line
+            .is_some_and(|header| line.number <= header);
+        !header && !is_comment(line.text)
+    };
+    text.lines().filter(data).collect()
+}
+
+/// Settles what the layout leaves open, from the numbers.
+pub(super) fn settle(
+    layout: &mut Layout,
+    sample: &Sample,
+    options: &LoadOptions,
+    collector: &mut Collector<'_>,
+) -> Clock {
+    let clock = stamp_unit(layout, sample, options, collector);
+    decide_rotation(layout, sample, collector);
     collector.report.remarks.append(&mut layout.remarks);
-    read_rows(path, &text, &layout, unit, collector)
+    clock
 }
 
 /// The layout found in the text; where the user named a format that it does not suit, the usual one of that format.
-fn named_layout(
+pub(super) fn named_layout(
     path: &Path,
     text: &Text<'_>,
     format: Option<Format>,
@@ -97,7 +120,7 @@ fn suits(format: Format, layout: &Layout) -> bool {
 }
 
 /// The numbers of the first rows.
-struct Sample {
+pub(super) struct Sample {
     stamps: Vec<f64>,
     /// Whether all stamps are whole numbers.
     whole: bool,
@@ -107,7 +130,8 @@ struct Sample {
 }
 
 impl Sample {
-    fn new(path: &Path, text: &Text<'_>, layout: &Layout) -> Self {
+    /// The numbers of the first lines of data.
+    pub fn new(path: &Path, lines: &[Line<'_>], layout: &Layout) -> Self {
         let mut sample = Self {
             stamps: Vec::new(),
             whole: true,
@@ -120,19 +144,9 @@ impl Sample {
             Rotation::Matrix(_) | Rotation::Vector(_) => &[],
         };
         let mut fields = Vec::new();
-        for line in text
-            .lines()
-            .filter(|line| !is_comment(line.text))
-            .take(SAMPLE)
-        {
-            if layout
-                .header_line
-                .is_some_and(|header| line.number <= header)
-            {
-                continue;
-            }
+        for line in lines.iter().take(SAMPLE) {
             layout.separator.split(line.text, &mut fields);
-            let row = Row::new(path, &line, &fields);
+            let row = Row::new(path, line, &fields);
             let number = |column: usize| number(&row, column);
             if let Stamp::Column(column, _) = layout.stamp
                 && let Some(value) = number(column)
@@ -166,7 +180,7 @@ impl Sample {
 
 /// What a stamp is in this file.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Clock {
+pub(super) enum Clock {
     Unit(StampUnit),
     /// Frame numbers, each a step of the rate.
     Index,
@@ -396,14 +410,15 @@ fn angle_unit(sample: &Sample, told: Option<bool>) -> (bool, Remark) {
     )
 }
 
-fn read_rows(
+/// Reads the poses of some lines of data.
+pub(super) fn read_lines(
     path: &Path,
-    text: &Text<'_>,
+    lines: &[Line<'_>],
     layout: &Layout,
     clock: Clock,
     mut collector: Collector<'_>,
 ) -> Result<Trajectory, Error> {
-    if let Some((decimals, deviation)) = coarseness(text, layout) {
+    if let Some((decimals, deviation)) = coarseness(lines, layout) {
         collector.matrices_are_coarse(deviation);
         let words = format!(
             "the matrices are written with {decimals} decimals: replaced by the nearest rotations"
@@ -416,16 +431,8 @@ fn read_rows(
     if let Clock::Unit(unit) = clock {
         collector.stamps_in(unit);
     }
-    let data = |line: &Line<'_>| {
-        let header = layout
-            .header_line
-            .is_some_and(|header| line.number <= header);
-        !header && !is_comment(line.text)
-    };
-    let lines: Vec<Line<'_>> = text.lines().filter(data).collect();
     collector.expect(lines.len());
-    let parts = parse_parts(path, &lines, layout, clock, &collector);
-    drop(lines);
+    let parts = parse_parts(path, lines, layout, clock, &collector);
     for part in parts {
         collector.add_repairs(&part.repairs);
         for Parsed { line, time, found } in part.rows {
@@ -585,17 +592,13 @@ fn parse_row(
 
 /// Decimals of the matrices of a file that has only two or three, and the deviation from orthogonality that follows:
 /// an entry of R^T R is off by at most half a last digit times twice the norm of a row, the root of three.
-fn coarseness(text: &Text<'_>, layout: &Layout) -> Option<(usize, f64)> {
+fn coarseness(lines: &[Line<'_>], layout: &Layout) -> Option<(usize, f64)> {
     let Rotation::Matrix(columns) = &layout.rotation else {
         return None;
     };
     let mut fields = Vec::new();
     let mut decimals = 0;
-    for line in text
-        .lines()
-        .filter(|line| !is_comment(line.text))
-        .take(ROWS_FOR_DIGITS)
-    {
+    for line in lines.iter().take(ROWS_FOR_DIGITS) {
         layout.separator.split(line.text, &mut fields);
         for field in columns.iter().filter_map(|column| fields.get(*column)) {
             if field.contains(['e', 'E']) {
