@@ -61,9 +61,9 @@ pub enum Error {
     /// A failure inside burn.
     #[error("burn: {0}")]
     Compute(String),
-    /// Bytes that are no safetensors file.
+    /// Bytes that are no safetensors file, and tensors that cannot be stored or read.
     #[error("weights: {0}")]
-    Safetensors(#[from] safetensors::SafeTensorError),
+    Weights(#[from] dose3_model::ModelError),
     /// A header that is missing, of another kind or version, or not valid.
     #[error("weights header: {0}")]
     Header(String),

@@ -18,13 +18,14 @@ mod source;
 mod standardise;
 mod store;
 
+pub use dose3_model::Precision;
 pub use error::Error;
 pub use glow::{Glow, GlowConfig, GlowRatio};
 pub use jem::{Divergence, Jem, JemConfig, Manoeuvres, Motion, Outcome, TrainReport};
 pub use progress::Progress;
 pub use sequences::Sequences;
 pub use standardise::Standardizer;
-pub use store::{Precision, annotate, annotation};
+pub use store::{annotate, annotation};
 
 /// The score of a window so far away that f32 overflows on the way to its density or energy.
 ///

@@ -3,6 +3,9 @@ use serde::{Deserialize, Serialize};
 use crate::{Error, Sequences};
 
 /// Per channel, the mean and the standard deviation of the training windows.
+///
+/// Not the `Standardizer` of `dose3-ood`: there a column is a statistic, and one that never varied makes any other
+/// value far out. Here a constant channel keeps its unit, so that rounding is not blown up in front of a network.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Standardizer {
     /// Mean of each channel over all windows and poses.

@@ -1,12 +1,10 @@
 //! Networks as safetensors bytes, with a JSON header in the metadata.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::Tensor;
-use half::f16;
-use safetensors::tensor::{Dtype, TensorView};
-use safetensors::{SafeTensors, serialize};
+use dose3_model::{NamedTensor, Precision, TensorFile, write_tensors};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -15,7 +13,7 @@ use crate::Error;
 use crate::layers::download;
 use crate::source::Stored;
 
-/// The one metadata key. One only: safetensors writes several in a random order.
+/// The one metadata key.
 const HEADER: &str = "dose3.baseline";
 /// The field of the header that is the caller's.
 const NOTE: &str = "note";
@@ -73,15 +71,6 @@ impl ModuleVisitor for Collector<'_> {
     }
 }
 
-/// How tensors are stored. They are computed with in f32 whichever it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Precision {
-    /// As they are.
-    F32,
-    /// Rounded to 11 binary digits, half the size.
-    F16,
-}
-
 /// `weights` (the bytes of a baseline) at `precision` and with `note` in their header: what a caller wants
 /// to know of them later. They are read as before.
 ///
@@ -115,72 +104,29 @@ pub(crate) fn write(
     precision: Precision,
 ) -> Result<Vec<u8>, Error> {
     let json = serde_json::to_string(header).map_err(|error| Error::Header(error.to_string()))?;
-    let mut encoded = Vec::with_capacity(tensors.len());
-    for (name, (shape, values)) in tensors {
-        check_finite(name, values)?;
-        encoded.push((name, shape, encode(name, values, precision)?));
-    }
-    let dtype = match precision {
-        Precision::F32 => Dtype::F32,
-        Precision::F16 => Dtype::F16,
-    };
-    let views = encoded
+    let named: Vec<NamedTensor<'_>> = tensors
         .iter()
-        .map(|(name, shape, bytes)| Ok((name, TensorView::new(dtype, shape.to_vec(), bytes)?)))
-        .collect::<Result<Vec<_>, Error>>()?;
-    let metadata = HashMap::from([(HEADER.to_owned(), json)]);
-    Ok(serialize(views, Some(metadata))?)
-}
-
-fn encode(name: &str, values: &[f32], precision: Precision) -> Result<Vec<u8>, Error> {
-    if precision == Precision::F32 {
-        return Ok(values.iter().flat_map(|v| v.to_le_bytes()).collect());
-    }
-    let halves: Vec<f16> = values.iter().map(|&v| f16::from_f32(v)).collect();
-    let back: Vec<f32> = halves.iter().map(|half| half.to_f32()).collect();
-    check_finite(name, &back)?;
-    Ok(halves.iter().flat_map(|half| half.to_le_bytes()).collect())
+        .map(|(name, (shape, values))| NamedTensor {
+            name: name.clone(),
+            shape,
+            values,
+        })
+        .collect();
+    let metadata = BTreeMap::from([(HEADER.to_owned(), json)]);
+    Ok(write_tensors(&named, precision, &metadata)?)
 }
 
 /// The header and all tensors, finite and in f32.
 pub(crate) fn read<H: DeserializeOwned>(bytes: &[u8]) -> Result<(H, Stored), Error> {
-    let (_, metadata) = SafeTensors::read_metadata(bytes)?;
-    let json = metadata
-        .metadata()
-        .as_ref()
-        .and_then(|metadata| metadata.get(HEADER))
+    let file = TensorFile::new(bytes)?;
+    let json = file
+        .metadata
+        .get(HEADER)
         .ok_or_else(|| Error::Header("missing: these are no weights of a baseline".to_owned()))?;
     let header = serde_json::from_str(json).map_err(|error| Error::Header(error.to_string()))?;
     let mut tensors = Stored::new();
-    for (name, view) in SafeTensors::deserialize(bytes)?.tensors() {
-        let values: Vec<f32> = match view.dtype() {
-            Dtype::F32 => {
-                let words = view.data().as_chunks::<4>().0;
-                words.iter().map(|&word| f32::from_le_bytes(word)).collect()
-            }
-            Dtype::F16 => {
-                let halves = view.data().as_chunks::<2>().0;
-                let halves = halves.iter().map(|&half| f16::from_le_bytes(half));
-                halves.map(f16::to_f32).collect()
-            }
-            other => {
-                let reason = format!("type {other:?}, expected F32 or F16");
-                return Err(Error::Tensor { name, reason });
-            }
-        };
-        check_finite(&name, &values)?;
-        tensors.insert(name, (view.shape().to_vec(), values));
+    for name in file.names() {
+        tensors.insert(name.to_owned(), (file.shape(name)?, file.values(name)?));
     }
     Ok((header, tensors))
-}
-
-fn check_finite(name: &str, values: &[f32]) -> Result<(), Error> {
-    match values.iter().position(|value| !value.is_finite()) {
-        Some(index) => Err(Error::NotFinite {
-            what: name.to_owned(),
-            index,
-            value: f64::from(values[index]),
-        }),
-        None => Ok(()),
-    }
 }

@@ -5,6 +5,7 @@ mod error;
 mod layout;
 mod noise_model;
 mod parameters;
+mod tensors;
 mod time_features;
 mod weights;
 
@@ -13,8 +14,9 @@ pub use error::ModelError;
 pub use layout::{Init, ParameterLayout, ParameterSpec};
 pub use noise_model::{Input, LossGradient, NoiseModel};
 pub use parameters::{PairParameters, Parameters, check_count, check_values};
+pub use tensors::{NamedTensor, Precision, TensorFile, write_tensors};
 pub use time_features::{sinusoidal, sinusoidal_into};
-pub use weights::{CONFIG_KEY, Precision};
+pub use weights::CONFIG_KEY;
 
 #[cfg(feature = "burn")]
 pub mod burn_unet;

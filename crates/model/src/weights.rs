@@ -2,23 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use half::f16;
-use safetensors::tensor::{Dtype, TensorView};
-use safetensors::{SafeTensors, serialize};
-
-use crate::{ModelError, PairConfig, PairParameters, Parameters, UNetConfig};
+use crate::tensors::{NamedTensor, Precision, TensorFile, write_tensors};
+use crate::{ModelError, PairConfig, PairParameters, Parameters, UNetConfig, check_values};
 
 /// The metadata key that holds the [`PairConfig`] as JSON.
 pub const CONFIG_KEY: &str = "dose3.config";
-
-/// How weights are stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Precision {
-    /// 4 bytes per weight, exact.
-    F32,
-    /// 2 bytes per weight, rounded to nearest (11 bits of mantissa).
-    F16,
-}
 
 impl PairParameters {
     /// Writes both networks, their configuration and `metadata` of the caller.
@@ -47,22 +35,21 @@ impl PairParameters {
         let mut metadata = metadata.clone();
         metadata.insert(CONFIG_KEY.to_owned(), json);
 
-        let mut tensors = Vec::new();
-        for (branch, parameters) in [
+        let branches = [
             ("translation", &self.translation),
             ("rotation", &self.rotation),
-        ] {
-            encode(branch, parameters, precision, &mut tensors)?;
+        ];
+        let layouts = branches.map(|(_, parameters)| parameters.layout());
+        let mut tensors = Vec::new();
+        for ((branch, parameters), layout) in branches.into_iter().zip(&layouts) {
+            check_values(layout, &parameters.values)?;
+            tensors.extend(layout.entries().iter().map(|spec| NamedTensor {
+                name: format!("{branch}.{}", spec.name),
+                shape: &spec.shape,
+                values: &parameters.values[spec.range()],
+            }));
         }
-        let dtype = match precision {
-            Precision::F32 => Dtype::F32,
-            Precision::F16 => Dtype::F16,
-        };
-        let views = tensors
-            .iter()
-            .map(|(name, shape, bytes)| Ok((name, TensorView::new(dtype, shape.clone(), bytes)?)))
-            .collect::<Result<Vec<_>, ModelError>>()?;
-        insert_metadata(serialize(views, None)?, &metadata)
+        write_tensors(&tensors, precision, &metadata)
     }
 
     /// Reads both networks and the caller's metadata back; f32 and f16 are both read.
@@ -71,24 +58,16 @@ impl PairParameters {
     /// Bytes that are no safetensors file, a configuration that is missing or not valid,
     /// and every tensor that is missing, unknown, of another shape or type, or not finite.
     pub fn from_safetensors(bytes: &[u8]) -> Result<(Self, BTreeMap<String, String>), ModelError> {
-        let (_, header) = SafeTensors::read_metadata(bytes)?;
-        let file = SafeTensors::deserialize(bytes)?;
-        let mut metadata: BTreeMap<_, _> = header
-            .metadata()
-            .iter()
-            .flatten()
-            .map(|(k, v)| (k.clone(), v.clone()))
-            .collect();
-        let json = metadata
+        let mut file = TensorFile::new(bytes)?;
+        let json = file
+            .metadata
             .remove(CONFIG_KEY)
             .ok_or_else(|| bad_metadata(CONFIG_KEY, "missing: these are not DOSE3 weights"))?;
         let config: PairConfig =
             serde_json::from_str(&json).map_err(|error| bad_metadata(CONFIG_KEY, error))?;
         config.validate()?;
 
-        let mut names = file.names();
-        names.sort_unstable();
-        for name in names {
+        for name in file.names() {
             if !is_known(&config, name) {
                 return Err(ModelError::UnknownTensor(name.to_owned()));
             }
@@ -100,7 +79,7 @@ impl PairParameters {
                 translation,
                 rotation,
             },
-            metadata,
+            file.metadata,
         ))
     }
 }
@@ -116,115 +95,26 @@ fn is_known(config: &PairConfig, name: &str) -> bool {
     }
 }
 
-type Encoded = (String, Vec<usize>, Vec<u8>);
-
-fn encode(
-    branch: &str,
-    parameters: &Parameters,
-    precision: Precision,
-    tensors: &mut Vec<Encoded>,
-) -> Result<(), ModelError> {
-    let layout = parameters.layout();
-    crate::check_values(&layout, &parameters.values)?;
-    for spec in layout.entries() {
-        let name = format!("{branch}.{}", spec.name);
-        let values = &parameters.values[spec.range()];
-        let bytes = match precision {
-            Precision::F32 => values
-                .iter()
-                .flat_map(|value| value.to_le_bytes())
-                .collect(),
-            Precision::F16 => {
-                if let Some(index) = values.iter().position(|&v| f16::from_f32(v).is_infinite()) {
-                    return Err(ModelError::HalfOverflow {
-                        name,
-                        index,
-                        value: values[index],
-                    });
-                }
-                values
-                    .iter()
-                    .flat_map(|&value| f16::from_f32(value).to_le_bytes())
-                    .collect()
-            }
-        };
-        tensors.push((name, spec.shape.clone(), bytes));
-    }
-    Ok(())
-}
-
 fn decode(
     branch: &str,
     config: &UNetConfig,
-    file: &SafeTensors<'_>,
+    file: &TensorFile<'_>,
 ) -> Result<Parameters, ModelError> {
     let layout = config.layout();
     let mut values = Vec::with_capacity(layout.len());
     for spec in layout.entries() {
         let name = format!("{branch}.{}", spec.name);
-        let Ok(tensor) = file.tensor(&name) else {
-            return Err(ModelError::MissingTensor(name));
-        };
-        if tensor.shape() != spec.shape {
-            let (expected, found) = (spec.shape.clone(), tensor.shape().to_vec());
+        let found = file.shape(&name)?;
+        if found != spec.shape {
             return Err(ModelError::TensorShape {
                 name,
-                expected,
+                expected: spec.shape.clone(),
                 found,
             });
         }
-        let (words, halves) = (
-            tensor.data().as_chunks::<4>().0,
-            tensor.data().as_chunks::<2>().0,
-        );
-        match tensor.dtype() {
-            Dtype::F32 => values.extend(words.iter().map(|&word| f32::from_le_bytes(word))),
-            Dtype::F16 => {
-                values.extend(halves.iter().map(|&half| f16::from_le_bytes(half).to_f32()))
-            }
-            other => {
-                return Err(ModelError::TensorType {
-                    name,
-                    found: format!("{other:?}"),
-                });
-            }
-        }
-        if let Some(index) = values[spec.offset..]
-            .iter()
-            .position(|value| !value.is_finite())
-        {
-            let value = values[spec.offset + index];
-            return Err(ModelError::NotFinite {
-                what: name,
-                index,
-                value,
-            });
-        }
+        values.extend(file.values(&name)?);
     }
     Parameters::new(config.clone(), values)
-}
-
-/// Puts the metadata in front of a header that was written without.
-///
-/// The safetensors crate keeps metadata in a hash map and writes it in the map's random
-/// order; a sorted map written here keeps the bytes the same from run to run.
-fn insert_metadata(
-    file: Vec<u8>,
-    metadata: &BTreeMap<String, String>,
-) -> Result<Vec<u8>, ModelError> {
-    let (header_len, _) = SafeTensors::read_metadata(&file)?;
-    let (header, data) = file[8..].split_at(header_len);
-    let json =
-        serde_json::to_string(metadata).map_err(|error| bad_metadata("__metadata__", error))?;
-    let mut merged = format!("{{\"__metadata__\":{json},").into_bytes();
-    merged.extend_from_slice(header[1..].trim_ascii_end());
-    // The format aligns the data to 8 bytes by spaces behind the header.
-    merged.resize(merged.len().next_multiple_of(8), b' ');
-    let mut out = Vec::with_capacity(8 + merged.len() + data.len());
-    out.extend((merged.len() as u64).to_le_bytes());
-    out.extend(merged);
-    out.extend_from_slice(data);
-    Ok(out)
 }
 
 fn bad_metadata(key: &str, reason: impl ToString) -> ModelError {

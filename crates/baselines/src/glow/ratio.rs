@@ -4,7 +4,7 @@ use super::model::Header;
 use super::train::{self, Role};
 use super::{Glow, GlowConfig};
 use crate::source::Stored;
-use crate::{Error, FAR, Progress, Sequences, store};
+use crate::{Error, FAR, Precision, Progress, Sequences, store};
 
 const FORMAT: u32 = 1;
 const FOREGROUND: &str = "foreground.";
@@ -92,7 +92,7 @@ impl GlowRatio {
             format: FORMAT,
             glow: self.foreground.header.clone(),
         };
-        store::write(&header, &tensors, store::Precision::F32)
+        store::write(&header, &tensors, Precision::F32)
     }
 
     /// Reads what [`to_bytes`](Self::to_bytes) wrote.

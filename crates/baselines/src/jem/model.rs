@@ -6,7 +6,7 @@ use super::train::{self, TrainReport};
 use super::{JemConfig, Outcome};
 use crate::layers::{download, upload};
 use crate::source::{Source, Stored};
-use crate::{Error, FAR, Progress, Sequences, Standardizer, store};
+use crate::{Error, FAR, Precision, Progress, Sequences, Standardizer, store};
 
 const FORMAT: u32 = 1;
 const KIND: &str = "jem";
@@ -134,7 +134,7 @@ impl Jem {
     pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
         let mut tensors = Stored::new();
         store::collect("", &self.network, &mut tensors)?;
-        store::write(&self.header, &tensors, store::Precision::F32)
+        store::write(&self.header, &tensors, Precision::F32)
     }
 
     /// Reads what [`to_bytes`](Self::to_bytes) wrote.
