@@ -51,12 +51,16 @@ pub struct LogVerdict {
     /// How often the log is unusual: share of windows beyond the threshold.
     pub share_beyond: f64,
     /// Score of each window, over all tests.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub window_scores: Vec<Score>,
     /// p-value of each window among held-out trusted windows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub window_p_values: Vec<f64>,
     /// Groups of statistics, the one that drove the scores first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contributions: Vec<Contribution>,
     /// What a reader of the verdict has to know, in sentences.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
 }
 
