@@ -4,7 +4,7 @@ use crate::use_threads;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use dose3::atomic;
-use dose3::backend::Backend;
+use dose3::backend::{Backend, Computing};
 use dose3::progress::Progress;
 use dose3::train::{HoldOut, train};
 use dose3_cli::plot;
@@ -208,8 +208,10 @@ fn trained(task: &Task, args: &ReleaseArgs) -> Result<()> {
     };
     let hold_out = HoldOut::Names(hold_out);
     let mut options = task.training.options(task.shape.clone(), hold_out);
-    options.backend = args.backend;
-    options.threads = args.threads;
+    options.computing = Computing {
+        backend: args.backend,
+        threads: args.threads,
+    };
     options.checkpoint = Some(out.with_extension("checkpoint"));
     let trained = train(&logs, &options, &mut heard)?;
     let precision = match args.full_precision {

@@ -1,7 +1,7 @@
 //! Training: from trajectories to a model.
 
 use crate::atomic;
-use crate::backend::Backend;
+use crate::backend::Computing;
 use crate::error::{Error, Result};
 use crate::model_file::{LogRecord, Model, ModelHeader, TrainingRecord, VERSION};
 use crate::progress::Progress;
@@ -40,10 +40,8 @@ pub struct TrainOptions {
     pub config: TrainConfig,
     /// Logs that the networks never see.
     pub hold_out: HoldOut,
-    /// Where the networks run.
-    pub backend: Backend,
-    /// Threads of the engine; 0 for all cores.
-    pub threads: usize,
+    /// Where and on how many threads the networks run.
+    pub computing: Computing,
     /// Where checkpoints are kept; a run goes on from one that is there.
     pub checkpoint: Option<PathBuf>,
 }
@@ -76,8 +74,7 @@ impl TrainOptions {
                 ..TrainConfig::default()
             },
             hold_out: HoldOut::Fraction(0.15),
-            backend: Backend::Engine,
-            threads: 0,
+            computing: Computing::default(),
             checkpoint: None,
         }
     }
@@ -198,7 +195,7 @@ pub fn train(
     progress.training(train_source.len(), validation_source.len());
 
     let initial = PairParameters::init(&options.network, options.config.seed)?;
-    let mut models = options.backend.load(&initial, options.threads)?;
+    let mut models = options.computing.load(&initial)?;
     let mut trainer = Trainer::new(
         options.config,
         options.process,

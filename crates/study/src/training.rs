@@ -4,7 +4,7 @@ use crate::data::DataRoot;
 use crate::roles::{Role, role};
 use crate::sets;
 use anyhow::{Context, Result};
-use dose3::backend::Backend;
+use dose3::backend::Computing;
 use dose3::train::{HoldOut, TrainOptions};
 use dose3_datasets::{Kind, Scaling, Trajectory, at_rate};
 use dose3_diffusion::trainer::TrainConfig;
@@ -92,8 +92,7 @@ impl Training {
                 ..TrainConfig::default()
             },
             hold_out,
-            backend: Backend::default(),
-            threads: 0,
+            computing: Computing::default(),
             checkpoint: None,
         }
     }

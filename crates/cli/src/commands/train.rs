@@ -143,8 +143,7 @@ fn options(args: &Train) -> TrainOptions {
             ..usual.config
         },
         hold_out,
-        backend: args.computing.backend,
-        threads: args.computing.threads,
+        computing: super::computing(&args.computing),
         checkpoint: Some(checkpoint(args)),
         ..usual
     }

@@ -254,8 +254,7 @@ fn model(options: &Options, of_table: &TableOptions, data: &[DataSet], seed: u64
     let name = format!("{kind}-{train_steps}-seed{seed}.dose3");
     let out = options.out.join("models").join(name);
     let mut settings = training.options(shipped_shape(), hold_out);
-    settings.backend = options.computing.backend;
-    settings.threads = options.computing.threads;
+    settings.computing = options.computing;
     settings.checkpoint = Some(out.with_extension("checkpoint"));
     if out.exists() {
         let old = Model::read(&out)?;

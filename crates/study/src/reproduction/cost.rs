@@ -31,7 +31,7 @@ pub fn training_seconds(sets: &[DataSet], threads: usize) -> Result<f64> {
         ..Training::PAPER
     };
     let mut options = short.options(shipped_shape(), HoldOut::Fraction(0.0));
-    options.threads = threads;
+    options.computing.threads = threads;
     let mut heard: Vec<(usize, Instant)> = Vec::new();
     let hear = &mut OnStep(|row: &LogRow| heard.push((row.step, Instant::now())));
     train(&set.trajectories, &options, hear)?;
