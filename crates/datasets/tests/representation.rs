@@ -7,7 +7,7 @@ use dose3_datasets::{
 use dose3_lie::{Pose, Rotation, Vector, so3};
 use proptest::prelude::*;
 
-#[path = "../../../tests/property_cases.rs"]
+#[path = "../../ood/src/property_cases.rs"]
 mod property_cases;
 
 use property_cases::cases;

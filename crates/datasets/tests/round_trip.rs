@@ -1,7 +1,7 @@
 //! What is written is read back; what is damaged at random never panics and never gives NaN.
 
 mod common;
-#[path = "../../../tests/property_cases.rs"]
+#[path = "../../ood/src/property_cases.rs"]
 mod property_cases;
 
 use std::fs;

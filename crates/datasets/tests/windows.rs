@@ -1,7 +1,7 @@
 //! Windows, stretches, resampling and splits.
 
 mod common;
-#[path = "../../../tests/property_cases.rs"]
+#[path = "../../ood/src/property_cases.rs"]
 mod property_cases;
 
 use std::collections::HashSet;

@@ -6,7 +6,7 @@ use dose3_lie::{Rotation, Vector, so3};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
-#[path = "../../../tests/property_cases.rs"]
+#[path = "../../ood/src/property_cases.rs"]
 mod property_cases;
 
 use property_cases::cases;

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-#[path = "../../../tests/property_cases.rs"]
+#[path = "../../ood/src/property_cases.rs"]
 mod property_cases;
 
 use property_cases::cases;

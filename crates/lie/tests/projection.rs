@@ -4,7 +4,7 @@ use dose3_lie::project::orthogonality_error;
 use dose3_lie::{Matrix, ProjectionError, Rotation, Vector, so3};
 use proptest::prelude::*;
 
-#[path = "../../../tests/property_cases.rs"]
+#[path = "../../ood/src/property_cases.rs"]
 mod property_cases;
 
 use property_cases::cases;

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use safetensors::tensor::{Dtype, TensorView};
 use safetensors::{SafeTensors, serialize};
 
-#[path = "../../../tests/property_cases.rs"]
+#[path = "../../ood/src/property_cases.rs"]
 mod property_cases;
 
 use property_cases::cases;

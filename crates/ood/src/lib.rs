@@ -16,7 +16,6 @@ pub mod timing;
 mod verdict;
 
 #[cfg(test)]
-#[path = "../../../tests/property_cases.rs"]
 mod property_cases;
 
 pub use calibration::{Combination, Reference, cross_fit};

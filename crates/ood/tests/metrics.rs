@@ -7,7 +7,7 @@ use dose3_ood::metrics::{
 use dose3_ood::{Error, Score};
 use proptest::prelude::*;
 
-#[path = "../../../tests/property_cases.rs"]
+#[path = "../src/property_cases.rs"]
 mod property_cases;
 
 use property_cases::cases;

@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::HashSet;
 
-#[path = "../../../tests/property_cases.rs"]
+#[path = "../src/property_cases.rs"]
 mod property_cases;
 
 use property_cases::cases;

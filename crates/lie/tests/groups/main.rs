@@ -5,7 +5,7 @@ mod algebra;
 mod group;
 mod jacobians;
 mod metric;
-#[path = "../../../../tests/property_cases.rs"]
+#[path = "../../../ood/src/property_cases.rs"]
 mod property_cases;
 mod round_trip;
 mod se3_only;
