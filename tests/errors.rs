@@ -269,3 +269,11 @@ fn unwritable_output_is_told_before_the_work() {
         &["cannot write into", "vehicle_0.txt"],
     );
 }
+
+#[test]
+fn a_thread_count_beyond_reason_is_an_error() {
+    refused(
+        ["score", "--detector", "d", "l", "--threads", "9999"],
+        &["--threads 9999", "at most 256"],
+    );
+}

@@ -49,7 +49,7 @@ fn kitti_07_is_accepted_iros20_rejected_random_bytes_refused() {
     // With at most ten trusted logs ranks cannot reach 0.05, and the output says what the chance rests on.
     for part in [
         "in distribution",
-        "trusted logs can only say",
+        "logs alone could only say",
         "10.0000 Hz is the data set's nominal rate",
     ] {
         assert!(said.contains(part), "{part:?} is missing in\n{said}");

@@ -18,11 +18,18 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+/// More threads than any machine that this runs on has cores; their stacks alone would fill memory.
+const MOST_THREADS: usize = 256;
+
 /// Runs a subcommand; answers the exit code.
 pub fn run(args: Args) -> Result<u8> {
+    let threads = args.command.threads();
+    if threads > MOST_THREADS {
+        bail!("--threads {threads}: expected at most {MOST_THREADS} (0: all cores)");
+    }
     // Everything beside the engine shares rayon's pool: density fits, Adam, noising.
     rayon::ThreadPoolBuilder::new()
-        .num_threads(args.command.threads())
+        .num_threads(threads)
         .build_global()?;
     match args.command {
         Command::Train(a) => train::run(&a).map(|()| 0),

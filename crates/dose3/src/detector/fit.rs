@@ -18,10 +18,11 @@ use dose3_ood::{
 };
 
 /// The statistics of the default detector: a test of kinematics, robust differences and what a linear prediction
-/// leaves over, and a test of how the axes go together; a density for each block.
-pub const MOTION_STATISTICS: &str = "kinematic,differences,lin/cc";
-/// Shares of alpha of its two tests.
-pub const MOTION_SHARES: [f64; 2] = [0.75, 0.25];
+/// leaves over, one of how the axes go together, one of what the diffusion network cannot predict; a density for
+/// each block.
+pub const MOTION_STATISTICS: &str = "kinematic,differences,lin/cc/residual+eps-mean";
+/// Shares of alpha of its tests.
+pub const MOTION_SHARES: [f64; 3] = [0.6, 0.2, 0.2];
 
 /// What a model is best used with where the user says nothing; measured by
 /// `cargo xtask benchmark --faults --part validation` (docs/METHOD.md).

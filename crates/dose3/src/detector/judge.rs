@@ -39,6 +39,8 @@ impl Detector {
             let expected = "a share between 0 and 1";
             return Err(Error::setting(Setting::Alpha, alpha, expected));
         }
+        // Of the log as it was read: that it was interpolated is a note.
+        let repaired = log.report.lines();
         let (log, notes) = conform(log, &self.needs())?;
         let logs = std::slice::from_ref(log.as_ref());
         let header = &self.header;
@@ -67,7 +69,7 @@ impl Detector {
             .statistics
             .judge_with(&rows, &stretches, &outside, alpha)?;
         let mut said: Vec<String> = notes.iter().map(Note::to_string).collect();
-        said.extend(log.report.lines());
+        said.extend(repaired);
         said.extend(log.report.remarks.iter().map(ToString::to_string));
         let poses = PoseScores {
             scores: pose_scores,

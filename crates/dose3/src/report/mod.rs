@@ -21,7 +21,7 @@ pub struct Report {
     /// The numbers that it rests on. Scores of windows stand in [`windows`](Self::windows), contributions in
     /// [`reasons`](Self::reasons), notes in [`notes`](Self::notes).
     pub evidence: LogVerdict,
-    /// Where: runs of overlapping windows beyond the threshold.
+    /// Where: runs of overlapping windows beyond the threshold, and the run that decided where the log differs.
     pub segments: Vec<Segment>,
     /// Runs of poses beyond the pose threshold within these segments, the worst first.
     pub pose_spans: Vec<PoseSpan>,
@@ -97,7 +97,9 @@ impl Report {
             .map(|(window, said)| WindowReport::new(window, &log.stamps, said, evidence.threshold))
             .collect();
         notes.append(&mut evidence.notes);
-        let segments = places::segments(log, &windows);
+        let decided = evidence.run().filter(|_| evidence.verdict.differs());
+        let decided = decided.map_or(0..0, |run| run.first..run.last + 1);
+        let segments = places::segments(log, &windows, decided);
         Self {
             pose_spans: places::pose_spans(log, &segments, &poses),
             segments,

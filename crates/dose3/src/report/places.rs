@@ -4,6 +4,7 @@ use super::PoseScores;
 use dose3_datasets::{Trajectory, Window};
 use dose3_ood::Score;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// What is said of one window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,7 +47,7 @@ pub struct Place {
     pub end_s: f64,
 }
 
-/// A run of overlapping windows beyond the threshold.
+/// A run of overlapping windows beyond the threshold, or of the run that decided.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Segment {
     /// Where it is.
@@ -105,9 +106,15 @@ impl Place {
     }
 }
 
-pub(super) fn segments(log: &Trajectory, windows: &[WindowReport]) -> Vec<Segment> {
+/// Of the windows beyond the threshold, and of those of the run that decided.
+pub(super) fn segments(
+    log: &Trajectory,
+    windows: &[WindowReport],
+    decided: Range<usize>,
+) -> Vec<Segment> {
     let mut runs: Vec<(usize, usize, Score)> = Vec::new();
-    for w in windows.iter().filter(|w| w.beyond) {
+    let shown = |(i, w): &(usize, &WindowReport)| w.beyond || decided.contains(i);
+    for (_, w) in windows.iter().enumerate().filter(shown) {
         match runs.last_mut() {
             Some((_, last, worst)) if w.first_pose <= *last => {
                 (*last, *worst) = (w.last_pose, w.score.max(*worst));
@@ -191,7 +198,7 @@ mod tests {
             window(20, 3.0),
             window(60, 1.5),
         ];
-        let found = segments(&log, &windows);
+        let found = segments(&log, &windows, 0..0);
         assert_eq!(found.len(), 2);
         let first = &found[0].place;
         assert_eq!((first.first_pose, first.last_pose), (10, 39));
@@ -212,6 +219,9 @@ mod tests {
             .collect();
         // Pose 5 lies in no segment; 16 and 22 are more than four apart.
         assert_eq!(all, [(61, 61, 61), (12, 16, 16), (22, 22, 22)]);
+        // A run that decided is shown, whatever the threshold.
+        let decided = segments(&log, &windows, 0..2);
+        assert_eq!((decided.len(), decided[0].place.first_pose), (2, 0));
         poses.threshold = None;
         assert!(pose_spans(&log, &found, &poses).is_empty());
     }

@@ -22,7 +22,7 @@ impl fmt::Display for Report {
         self.write_evidence(f)?;
         self.write_places(f)?;
         self.write_whole(f)?;
-        if self.evidence.beyond > 0 {
+        if !self.segments.is_empty() {
             for (i, reason) in self.reasons.iter().take(REASONS).enumerate() {
                 writeln!(
                     f,

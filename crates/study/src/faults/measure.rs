@@ -1,7 +1,7 @@
 //! Everything that is measured with one model.
 
 use super::locate::{self, Locator};
-use super::methods::{DEFAULT, FOLLOWED, KINEMATIC, METHODS, Network, all};
+use super::methods::{FOLLOWED, KINEMATIC, METHODS, NETWORK, Network, all};
 use super::prober::{Prober, SetRows, Settings, fit};
 use super::protocol::{LogSet, Part};
 use super::record::Run;
@@ -119,7 +119,7 @@ pub fn one_run(
         bar.finish_and_clear();
     }
     if of_faults.wants(Section::Alarms, options.quick) {
-        let methods = [KINEMATIC, DEFAULT];
+        let methods = [KINEMATIC, NETWORK];
         for (set, rows) in sets.iter().zip(&fitted.rows) {
             let groups = set.groups().iter().max().map_or(0, |g| g + 1);
             let bar = progress((methods.len() * groups) as u64, "leave one out")?;

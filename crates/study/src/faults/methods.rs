@@ -1,6 +1,5 @@
 //! The rows of every table: statistics, how they become one score, and whose network they need.
 
-use dose3::detector::MOTION_STATISTICS as DEFAULT_SET;
 use dose3_ood::Combination;
 
 /// Whose noise estimate a row is computed from.
@@ -34,11 +33,14 @@ pub const KINEMATIC: usize = 0;
 pub const MOMENTS: usize = 1;
 /// Index of the differences row.
 pub const DIFFERENCES: usize = 2;
-/// Index of the default detector.
-pub const DEFAULT: usize = 6;
+/// Index of the row with the network's block.
+pub const NETWORK: usize = 6;
+/// Its blocks. They are functions of single windows, so that a fault can be measured by the windows around it; blocks
+/// that learn from whole logs are measured with the verdicts ([`crate::verdicts`]).
+const BLOCKS: &str = "kinematic,differences,residual+eps-mean";
 
 /// Rows that are followed through logs and controls.
-pub const FOLLOWED: [usize; 4] = [KINEMATIC, MOMENTS, DIFFERENCES, DEFAULT];
+pub const FOLLOWED: [usize; 4] = [KINEMATIC, MOMENTS, DIFFERENCES, NETWORK];
 
 const fn method(
     key: &'static str,
@@ -98,42 +100,42 @@ pub const METHODS: [Method; 11] = [
         "kinematic,differences",
         Combination::Fisher,
         Network::None,
-        "the default without its network block",
+        "kinematic and differences, a density each, by Fisher's method",
     ),
     method(
-        "default",
-        DEFAULT_SET,
+        "network",
+        BLOCKS,
         Combination::Fisher,
         Network::Trained,
         "kinematic, differences and the network's residual, a density each, by Fisher's method",
     ),
     method(
         "harmonic",
-        DEFAULT_SET,
+        BLOCKS,
         Combination::HarmonicMean,
         Network::Trained,
-        "the default's blocks by harmonic mean",
+        "the same blocks by harmonic mean",
     ),
     method(
         "maximum",
-        DEFAULT_SET,
+        BLOCKS,
         Combination::Maximum,
         Network::Trained,
-        "the default's blocks by the smallest p-value",
+        "the same blocks by the smallest p-value",
     ),
     method(
         "joint",
-        DEFAULT_SET,
+        BLOCKS,
         Combination::Joint,
         Network::Trained,
-        "the default's columns under one density",
+        "the same columns under one density",
     ),
     method(
         "untrained",
-        DEFAULT_SET,
+        BLOCKS,
         Combination::Fisher,
         Network::Untrained,
-        "the default with untrained networks of the same shape",
+        "the same with untrained networks of the same shape",
     ),
 ];
 
@@ -151,7 +153,7 @@ mod tests {
         assert_eq!(METHODS[KINEMATIC].key, "kinematic");
         assert_eq!(METHODS[MOMENTS].key, "moments24");
         assert_eq!(METHODS[DIFFERENCES].key, "differences");
-        assert_eq!(METHODS[DEFAULT].key, "default");
+        assert_eq!(METHODS[NETWORK].key, "network");
         for method in &METHODS {
             let set: dose3_ood::StatisticsSet = method.statistics.parse().unwrap();
             assert_eq!(

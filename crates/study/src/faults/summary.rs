@@ -172,13 +172,13 @@ fn summary(set: Option<char>, method: usize, lines: &[&Line]) -> Summary {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::faults::methods::DEFAULT;
+    use crate::faults::methods::NETWORK;
 
-    fn line(set: char, fault: &str, kinematic: f64, moments: f64, default: [f64; 2]) -> Line {
+    fn line(set: char, fault: &str, kinematic: f64, moments: f64, network: [f64; 2]) -> Line {
         let mut auroc = vec![vec![0.5; 2]; METHODS.len()];
         auroc[KINEMATIC] = vec![kinematic; 2];
         auroc[MOMENTS] = vec![moments; 2];
-        auroc[DEFAULT] = default.to_vec();
+        auroc[NETWORK] = network.to_vec();
         Line {
             set,
             fault: fault.into(),
@@ -196,7 +196,7 @@ mod tests {
         ];
         let all = summaries(&lines);
         let of = |set| {
-            let found = all.iter().find(|s| s.set == set && s.method == "default");
+            let found = all.iter().find(|s| s.set == set && s.method == "network");
             found.unwrap()
         };
         let k = of(Some('K'));

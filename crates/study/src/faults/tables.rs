@@ -2,7 +2,7 @@
 
 use super::alarms::Alarms;
 use super::logs::{FAULT, LogCell, PIECE, SHORTEST, STRIDE};
-use super::methods::{DEFAULT, FOLLOWED, KINEMATIC, METHODS};
+use super::methods::{FOLLOWED, KINEMATIC, METHODS, NETWORK};
 use super::near::NearCell;
 use super::record::Report;
 use super::summary::{mean, show};
@@ -196,7 +196,7 @@ pub fn alarms(report: &Report, out: &mut String) {
          | set | row | logs | called OOD | share | windows | first model: which |\n\
          |---|---|---|---|---|---|---|"
     );
-    for method in [KINEMATIC, DEFAULT].map(|m| METHODS[m].key) {
+    for method in [KINEMATIC, NETWORK].map(|m| METHODS[m].key) {
         let (mut all_logs, mut all_ood) = (0, 0);
         for set in &report.sets {
             let of_set: Vec<&Alarms> = report

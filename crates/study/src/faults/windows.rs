@@ -1,7 +1,7 @@
 //! Faults against the same places without them: AUROC of windows.
 
 use super::locate::{Locator, PoseCell};
-use super::methods::{DEFAULT, KINEMATIC, METHODS, all};
+use super::methods::{KINEMATIC, METHODS, NETWORK, all};
 use super::prober::{Poses, Prober};
 use super::protocol::LogSet;
 use anyhow::{Result, bail};
@@ -152,7 +152,7 @@ pub fn run(
         poses.extend(context.locator.cell(set.letter, fault.label(), &placed)?);
         for (m, method) in METHODS.iter().enumerate() {
             let side = |scores| Grouped { scores, logs: &ids };
-            let (auroc, interval) = if [KINEMATIC, DEFAULT].contains(&m) {
+            let (auroc, interval) = if [KINEMATIC, NETWORK].contains(&m) {
                 let (id, ood) = (side(&sound[m]), side(&found[m]));
                 let estimate = estimate(Metric::Auroc, id, ood, context.bootstrap)?;
                 (estimate.value, estimate.interval)
