@@ -12,8 +12,8 @@ use std::path::PathBuf;
 #[command(
     after_help = "Exit codes: 0 in distribution (or done), 1 out of distribution, 2 error.\n\
     Formats are told by content: KITTI, TUM, EuRoC, RobotCar, csv with named columns, matrices, npy, \
-    IROS20, g2o, COLMAP, NeRF, Open3D; MCAP, ROS 1 and ROS 2 bags; .gz and .zst of text; - is \
-    standard input."
+    IROS20, g2o, COLMAP, NeRF, Open3D; MCAP, ROS 1 and ROS 2 bags, PX4 ULog; .gz and .zst of text; \
+    - is standard input."
 )]
 pub struct Args {
     /// What to do
@@ -93,7 +93,7 @@ pub struct Reading {
     /// Lost tracking is an error instead of a gap
     #[arg(long)]
     pub strict: bool,
-    /// Topics of a recording (default: its only topic of poses)
+    /// Topics of a recording (default: its only topic of poses; of a flight log the usual one)
     #[arg(long, value_name = "TOPIC")]
     pub topic: Vec<String>,
     /// Parent and child frame, like map:base_link, to be looked up in a recording's transforms

@@ -72,6 +72,9 @@ pub(crate) fn detect_bytes(
     if let Some(format) = recording(bytes) {
         return Ok(format);
     }
+    if bytes.starts_with(read::ULOG) {
+        return Ok(Format::Ulog);
+    }
     if let Some(found) = signature(bytes) {
         return Err(unknown(path, Place::File, found.name, found.hint));
     }

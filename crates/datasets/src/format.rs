@@ -43,6 +43,8 @@ pub enum Format {
     Bag,
     /// A ROS 2 bag in SQLite, or a folder with `metadata.yaml`.
     Rosbag2,
+    /// A flight log of PX4: many topics, of which some hold poses.
+    Ulog,
     /// Poses that were in memory. Not a member of [`Format::ALL`].
     Memory,
     /// Made by [`crate::synthetic`], not read from a file. Not a member of [`Format::ALL`].
@@ -51,7 +53,7 @@ pub enum Format {
 
 impl Format {
     /// The formats that can be read.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Kitti,
         Self::RobotCar,
         Self::Iros20,
@@ -68,6 +70,7 @@ impl Format {
         Self::Mcap,
         Self::Bag,
         Self::Rosbag2,
+        Self::Ulog,
     ];
 
     /// The name used on the command line and in files.
@@ -89,12 +92,13 @@ impl Format {
             Self::Mcap => "mcap",
             Self::Bag => "bag",
             Self::Rosbag2 => "rosbag2",
+            Self::Ulog => "ulog",
             Self::Memory => "memory",
             Self::Synthetic => "synthetic",
         }
     }
 
-    /// True for recordings of many topics.
+    /// True for recordings of ROS.
     pub fn is_recording(self) -> bool {
         matches!(self, Self::Mcap | Self::Bag | Self::Rosbag2)
     }
@@ -103,7 +107,7 @@ impl Format {
     pub fn frame(self) -> Frame {
         match self {
             Self::Kitti | Self::Colmap => Frame::CameraRdf,
-            Self::RobotCar => Frame::BodyFrd,
+            Self::RobotCar | Self::Ulog => Frame::BodyFrd,
             Self::Iros20 | Self::Iros20Poses => Frame::Object,
             Self::Synthetic => Frame::BodyFlu,
             // These come from any camera, marker or IMU; the file does not say which.

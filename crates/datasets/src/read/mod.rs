@@ -16,6 +16,7 @@ mod several;
 mod sheet;
 mod table;
 mod text;
+mod ulog;
 mod unpack;
 
 use std::path::Path;
@@ -32,11 +33,13 @@ pub(crate) use iros20::{frame_files, read_folder};
 pub(crate) use layout::{Layout, unknown};
 pub(crate) use npy::write_4x4;
 pub(crate) use text::{Text, signature};
+pub(crate) use ulog::MAGIC as ULOG;
 #[cfg(feature = "recordings")]
 pub(crate) use unpack::limit as unpack_limit;
 pub(crate) use unpack::unpack;
 
-/// Reads the logs in the unpacked bytes of a file: one, but for a table with a column that names its logs.
+/// Reads the logs in the unpacked bytes of a file: one, but for a table with a column that names its logs and for a
+/// flight log of which several topics were asked for.
 pub(crate) fn read_all(
     path: &Path,
     bytes: &[u8],
@@ -49,6 +52,7 @@ pub(crate) fn read_all(
             Some(column),
             Format::Kitti | Format::Tum | Format::Euroc | Format::Csv | Format::Matrix,
         ) => several::read(path, bytes, named.then_some(format), column, options),
+        (_, Format::Ulog) => ulog::read(path, bytes, options),
         _ => Ok(vec![read(path, bytes, format, named, options)?]),
     }
 }
@@ -86,7 +90,7 @@ fn read(
             format!("a recording ({format})"),
             "this build does not read recordings; export the poses to a TUM file",
         )),
-        Format::Memory | Format::Synthetic => Err(Error::UnknownName {
+        Format::Ulog | Format::Memory | Format::Synthetic => Err(Error::UnknownName {
             what: "format to read",
             found: format.to_string(),
             expected: Format::ALL.map(Format::name).join(", "),
