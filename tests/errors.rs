@@ -277,3 +277,36 @@ fn a_thread_count_beyond_reason_is_an_error() {
         &["--threads 9999", "at most 256"],
     );
 }
+
+#[test]
+fn an_output_never_replaces_a_log_and_unsuitable_logs_are_left_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let logs = folder.path().join("logs");
+    let paths = write_logs(&logs, Platform::Vehicle, 3, 600);
+    let log = text(&paths[0]);
+    let before = std::fs::read(&paths[0]).expect("read");
+    refused(
+        ["fit", "--trusted", &text(&logs), "--out", &log],
+        &["no model or detector", "name another file"],
+    );
+    assert_eq!(std::fs::read(&paths[0]).expect("read"), before);
+    // A log of 20 poses has no window.
+    let short = logs.join("short.txt");
+    let rows: Vec<String> = (0..20)
+        .map(|i| format!("{}.5 {i} 0 0 0 0 0 1\n", i))
+        .collect();
+    std::fs::write(&short, rows.concat()).expect("written");
+    let out = text(&folder.path().join("detector.dose3"));
+    let logs = text(&logs);
+    let run = dose3(["fit", "--trusted", &logs, "--out", &out]);
+    expect_code(&run, 0);
+    let said = stderr(&run);
+    assert!(
+        said.contains("short.txt") && said.contains("1 log left out"),
+        "{said}"
+    );
+    refused(
+        ["fit", "--trusted", &logs, "--out", &out, "--strict"],
+        &["short"],
+    );
+}

@@ -6,7 +6,7 @@ use crate::explain::with_flag;
 use crate::list;
 use anyhow::Result;
 use dose3::datasets::make_unique;
-use dose3::{Detector, FitOptions, Trajectory};
+use dose3::{Detector, DetectorBuilder, FitOptions, Trajectory};
 
 pub fn run(args: &Fit) -> Result<()> {
     check_output(&args.out)?;
@@ -14,7 +14,10 @@ pub fn run(args: &Fit) -> Result<()> {
         .model(model(&args.model)?)
         .options(options(args)?)
         .computing(computing(&args.computing));
-    let trusted = trusted(args)?;
+    let mut trusted = trusted(args)?;
+    if !args.reading.strict {
+        leave_out(&builder, &mut trusted)?;
+    }
     let mut bar = Bar(progress(0, "statistics")?);
     let fitted = builder.run(&trusted, &mut bar)?;
     bar.0.finish_and_clear();
@@ -53,6 +56,30 @@ fn options(args: &Fit) -> Result<FitOptions> {
         noise: args.noise(),
         seed: args.seed,
     })
+}
+
+/// Leaves out the logs that a fit would stop at, and says so.
+fn leave_out(builder: &DetectorBuilder, trusted: &mut Vec<Trajectory>) -> Result<()> {
+    let unsuitable = builder.unsuitable(trusted)?;
+    if unsuitable.len() == trusted.len() {
+        // The fit says what is wrong.
+        return Ok(());
+    }
+    for (index, error) in unsuitable.iter().rev() {
+        let log = trusted.remove(*index);
+        let name = match log.path.as_os_str().is_empty() {
+            true => log.name,
+            false => log.path.display().to_string(),
+        };
+        say(&format!("left out {name}: {error}"));
+    }
+    if !unsuitable.is_empty() {
+        say(&format!(
+            "{} left out (--strict stops instead)",
+            count(unsuitable.len(), "log")
+        ));
+    }
+    Ok(())
 }
 
 /// The logs that paths and list name, in the groups that the user wants.

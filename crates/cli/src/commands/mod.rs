@@ -166,12 +166,19 @@ fn model(name: &Path) -> Result<Model> {
     })
 }
 
-/// Refuses an output path that cannot be written, before hours of work.
+/// Refuses, before hours of work, an output path that cannot be written, and one under which something lies that is
+/// no model or detector: a pose log, a device.
 fn check_output(path: &Path) -> Result<()> {
+    let shown = path.display();
     if path.is_dir() {
+        bail!("{shown} is a folder, expected the name of a file to write");
+    }
+    if path.symlink_metadata().is_ok_and(|found| !found.is_file()) {
+        bail!("{shown} is a link or a device, expected the name of a file to write");
+    }
+    if path.is_file() && !is_safetensors(path) {
         bail!(
-            "{} is a folder, expected the name of a file to write",
-            path.display()
+            "{shown} is there and is no model or detector; hint: it is not replaced, name another file"
         );
     }
     let folder = match path.parent() {
@@ -179,6 +186,19 @@ fn check_output(path: &Path) -> Result<()> {
         _ => Path::new("."),
     };
     check_folder(folder)
+}
+
+/// Whether a file is empty, or begins as a safetensors file does: the length of its header, then JSON.
+fn is_safetensors(path: &Path) -> bool {
+    let mut start = [0; 9];
+    let read = std::fs::File::open(path).and_then(|mut file| {
+        let empty = file.metadata()?.len() == 0;
+        if !empty {
+            std::io::Read::read_exact(&mut file, &mut start)?;
+        }
+        Ok(empty)
+    });
+    read.is_ok_and(|empty| empty || start[8] == b'{')
 }
 
 /// Refuses a folder that cannot be made or written to.

@@ -133,9 +133,10 @@ fn text(report: &Report, windows: bool) -> String {
         // Writing to a String cannot fail.
         let _ = writeln!(
             out,
-            "  window      poses {:>6} to {:>6}  score {:>9.3}  p {:.3}{}",
-            w.first_pose,
-            w.last_pose,
+            "  window      {}s {:>6} to {:>6}  score {:>9.3}  p {:.3}{}",
+            report.log.row_kind,
+            w.first_row,
+            w.last_row,
             w.score.value(),
             w.p_value,
             if w.beyond { "  beyond" } else { "" }

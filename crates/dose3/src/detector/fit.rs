@@ -8,8 +8,9 @@ use crate::logs::{Needs, Note, conform};
 use crate::model_file::{LogRecord, Model};
 use crate::probe::{Probe, ProbePlan, checked};
 use crate::progress::Progress;
+use crate::report;
 use dose3_datasets::{
-    Frame, Kind, LogGroups, Trajectory, Window, overlaps, stretch_numbers, windows_of_each,
+    Frame, Kind, LogGroups, Overlap, Trajectory, Window, overlaps, stretch_numbers, windows_of_each,
 };
 use dose3_diffusion::{NoiseSharing, Process};
 use dose3_ood::{
@@ -207,6 +208,37 @@ impl DetectorBuilder {
         }
     }
 
+    /// The logs that a fit would stop at, with what is wrong with each: in another frame than the first log, too
+    /// slow, shorter than a window.
+    ///
+    /// # Errors
+    /// No log; settings that cannot be.
+    pub fn unsuitable(&self, trusted: &[Trajectory]) -> Result<Vec<(usize, Error)>> {
+        let built_in;
+        let model = match &self.model {
+            Some(model) => model,
+            None => {
+                built_in = built_in::motion()?;
+                &built_in
+            }
+        };
+        let needs = needs(model, trusted, &self.statistics_of(model)?)?;
+        let poses = model.header.representation.kind.poses(model.header.window);
+        let wrong = |log: &Trajectory| -> Result<()> {
+            let (log, _) = conform(log, &needs)?;
+            windows_of_each(
+                std::slice::from_ref(log.as_ref()),
+                poses,
+                self.options.stride,
+            )?;
+            Ok(())
+        };
+        let all = trusted.iter().enumerate();
+        Ok(all
+            .filter_map(|(i, log)| Some((i, wrong(log).err()?)))
+            .collect())
+    }
+
     fn run_on(
         &self,
         model: &Model,
@@ -233,7 +265,7 @@ impl DetectorBuilder {
             true => overlaps(trusted),
             false => Vec::new(),
         };
-        notes.extend(shared.iter().map(|pair| Note::Overlap {
+        notes.extend(joining(&shared, trusted.len()).map(|pair| Note::Overlap {
             first: trusted[pair.first].name.clone(),
             second: trusted[pair.second].name.clone(),
             shared: pair.shared,
@@ -263,8 +295,11 @@ impl DetectorBuilder {
             group: found.group.clone(),
             log: logs[found.log].name.clone(),
             chance: found.p_value,
-            first_pose: windows[found.first].start,
-            last_pose: windows[found.last].start + windows[found.last].length - 1,
+            place: {
+                let (first, last) = (&windows[found.first], &windows[found.last]);
+                report::Place::new(&logs[found.log], first.start, last.start + last.length - 1)
+            },
+            row_kind: logs[found.log].row_kind,
             left_out: found.left_out,
         }));
         let motion = model.header.representation.kind == Kind::Motion;
@@ -344,15 +379,11 @@ impl DetectorBuilder {
     }
 }
 
-/// The trusted logs as the model needs them, what that is, and what there is to say of it.
-fn brought_together(
-    model: &Model,
-    trusted: &[Trajectory],
-    statistics: &StatisticsSet,
-) -> Result<(Vec<Trajectory>, Needs, Vec<Note>)> {
+/// What the trusted logs must be like: as the model and the first of them are.
+fn needs(model: &Model, trusted: &[Trajectory], statistics: &StatisticsSet) -> Result<Needs> {
     let first = trusted.first().ok_or(Error::NoLog { purpose: "fit on" })?;
     let representation = model.header.representation;
-    let needs = Needs {
+    Ok(Needs {
         representation,
         metric: statistics.needs_increments(),
         // A motion model fixes the rate; a paper model takes that of the trusted logs.
@@ -361,14 +392,23 @@ fn brought_together(
             Kind::Paper => first.rate.hertz,
         },
         frame: first.frame,
-    };
+    })
+}
+
+/// The trusted logs as the model needs them, what that is, and what there is to say of it.
+fn brought_together(
+    model: &Model,
+    trusted: &[Trajectory],
+    statistics: &StatisticsSet,
+) -> Result<(Vec<Trajectory>, Needs, Vec<Note>)> {
+    let needs = needs(model, trusted, statistics)?;
     let (mut logs, mut notes) = (Vec::new(), Vec::new());
     for log in trusted {
         let (log, said) = conform(log, &needs)?;
         logs.push(log.into_owned());
         notes.extend(said);
     }
-    if representation.kind == Kind::Motion && needs.frame == Frame::Sensor {
+    if needs.representation.kind == Kind::Motion && needs.frame == Frame::Sensor {
         notes.push(Note::UnknownAxes);
     }
     let mut said = Vec::new();
@@ -378,4 +418,15 @@ fn brought_together(
         new
     });
     Ok((logs, needs, notes))
+}
+
+/// Those of the pairs that tell of something new: between logs that no pair before links. Eight logs of one recording
+/// are seven sentences, not twenty-eight.
+fn joining(pairs: &[Overlap], logs: usize) -> impl Iterator<Item = &Overlap> {
+    let mut linked: Vec<usize> = (0..logs).collect();
+    pairs.iter().filter(move |pair| {
+        let (a, b) = (linked[pair.first], linked[pair.second]);
+        linked.iter_mut().filter(|l| **l == b).for_each(|l| *l = a);
+        a != b
+    })
 }

@@ -1,6 +1,7 @@
 //! What a user should know of how a log was taken.
 
-use dose3_datasets::{Frame, Shared};
+use crate::report::{Place, rows};
+use dose3_datasets::{Frame, RowKind, Shared};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -54,10 +55,10 @@ pub enum Note {
         log: String,
         /// Chance of such a run in a log like the others.
         chance: f64,
-        /// First pose of the run.
-        first_pose: usize,
-        /// Last pose of the run.
-        last_pose: usize,
+        /// Where the run is.
+        place: Place,
+        /// What rows of the log's file count.
+        row_kind: RowKind,
         /// Whether the group is left out of what new logs are compared with.
         left_out: bool,
     },
@@ -114,13 +115,14 @@ impl fmt::Display for Note {
                 group,
                 log,
                 chance,
-                first_pose,
-                last_pose,
+                place,
+                row_kind,
                 left_out,
             } => write!(
                 f,
-                "{group} is unlike the other trusted logs (chance {chance:.1e}): poses {first_pose} to \
-                 {last_pose} of {log}; it is {} what new logs are compared with",
+                "{group} is unlike the other trusted logs (chance {chance:.1e}): {} of {log}; it is {} what \
+                 new logs are compared with",
+                rows(*row_kind, place),
                 if *left_out {
                     "left out of"
                 } else {

@@ -3,6 +3,8 @@
 mod places;
 mod text;
 
+pub(crate) use text::rows;
+
 pub use places::{Place, PoseSpan, Segment, WindowReport};
 
 use crate::detector::WholeFindings;
@@ -94,7 +96,7 @@ impl Report {
         let windows: Vec<WindowReport> = windows
             .iter()
             .zip(scores.into_iter().zip(p_values))
-            .map(|(window, said)| WindowReport::new(window, &log.stamps, said, evidence.threshold))
+            .map(|(window, said)| WindowReport::new(window, log, said, evidence.threshold))
             .collect();
         notes.append(&mut evidence.notes);
         let decided = evidence.run().filter(|_| evidence.verdict.differs());

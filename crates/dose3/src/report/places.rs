@@ -13,6 +13,10 @@ pub struct WindowReport {
     pub first_pose: usize,
     /// Index of its last pose.
     pub last_pose: usize,
+    /// Row of the first pose in the user's file.
+    pub first_row: u64,
+    /// Row of the last pose.
+    pub last_row: u64,
     /// Stamp of the first pose, nanoseconds.
     pub first_stamp_ns: i64,
     /// Stamp of the last pose, nanoseconds.
@@ -72,7 +76,7 @@ pub struct PoseSpan {
 impl WindowReport {
     pub(super) fn new(
         window: &Window,
-        stamps: &[i64],
+        log: &Trajectory,
         (score, p_value): (Score, f64),
         threshold: Score,
     ) -> Self {
@@ -80,8 +84,10 @@ impl WindowReport {
         Self {
             first_pose: first,
             last_pose: last,
-            first_stamp_ns: stamps[first],
-            last_stamp_ns: stamps[last],
+            first_row: log.rows[first],
+            last_row: log.rows[last],
+            first_stamp_ns: log.stamps[first],
+            last_stamp_ns: log.stamps[last],
             score,
             p_value,
             beyond: score > threshold,
@@ -90,7 +96,7 @@ impl WindowReport {
 }
 
 impl Place {
-    pub(super) fn new(log: &Trajectory, first_pose: usize, last_pose: usize) -> Self {
+    pub(crate) fn new(log: &Trajectory, first_pose: usize, last_pose: usize) -> Self {
         let start = log.stamps.first().copied().unwrap_or_default();
         let seconds = |pose: usize| log.stamps[pose].saturating_sub(start) as f64 * 1e-9;
         Self {
@@ -185,12 +191,7 @@ mod tests {
                 start,
                 length: 20,
             };
-            WindowReport::new(
-                &window,
-                &log.stamps,
-                (Score::new(score), 0.5),
-                Score::new(1.0),
-            )
+            WindowReport::new(&window, &log, (Score::new(score), 0.5), Score::new(1.0))
         };
         let windows = [
             window(0, 0.5),

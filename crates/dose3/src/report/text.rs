@@ -1,6 +1,7 @@
 //! A report in plain words.
 
 use super::{Place, Report};
+use dose3_datasets::RowKind;
 use dose3_ood::Verdict;
 use dose3_ood::detector::Evidence;
 use std::fmt;
@@ -131,10 +132,11 @@ impl Report {
             (Some(first), Some(last)) if first != last => format!(", stamps {first} to {last}"),
             _ => String::new(),
         };
-        format!(
-            "{}s {} to {} ({:.1} s to {:.1} s{stamps})",
-            self.log.row_kind, place.first_row, place.last_row, place.start_s, place.end_s
-        )
+        let when = match place.first_row == place.last_row {
+            true => format!("{:.1} s", place.start_s),
+            false => format!("{:.1} s to {:.1} s{stamps}", place.start_s, place.end_s),
+        };
+        format!("{} ({when})", rows(self.log.row_kind, place))
     }
 
     fn write_whole(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -147,7 +149,10 @@ impl Report {
             let sentence = finding.sentence(self.log.named_axes);
             let called = match finding.called {
                 true => String::new(),
-                false => ", not called: trusted logs differ as much".to_owned(),
+                false => format!(
+                    ", not called: the others would call {} of {} trusted logs as well",
+                    finding.measured.called, finding.measured.groups
+                ),
             };
             writeln!(
                 f,
@@ -192,5 +197,13 @@ fn chance(p: f64) -> String {
         p if p >= 0.0095 => format!("{p:.2}"),
         p if p >= 0.000_095 => format!("{p:.4}"),
         p => format!("{p:.0e}"),
+    }
+}
+
+/// `lines 501 to 520`, `line 7`.
+pub(crate) fn rows(kind: RowKind, place: &Place) -> String {
+    match (place.first_row, place.last_row) {
+        (first, last) if first == last => format!("{kind} {first}"),
+        (first, last) => format!("{kind}s {first} to {last}"),
     }
 }
