@@ -10,6 +10,7 @@ mod kitti;
 mod layout;
 mod npy;
 mod numbers;
+mod order;
 mod plausible;
 mod robotcar;
 mod several;
@@ -34,9 +35,9 @@ pub(crate) use layout::{Layout, unknown};
 pub(crate) use npy::write_4x4;
 pub(crate) use text::{Text, signature};
 pub(crate) use ulog::MAGIC as ULOG;
-#[cfg(feature = "recordings")]
-pub(crate) use unpack::limit as unpack_limit;
 pub(crate) use unpack::unpack;
+#[cfg(feature = "recordings")]
+pub(crate) use unpack::{broken, limit as unpack_limit};
 
 /// Reads the logs in the unpacked bytes of a file: one, but for a table with a column that names its logs and for a
 /// flight log of which several topics were asked for.

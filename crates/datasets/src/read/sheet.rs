@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use dose3_lie::{Matrix, Pose, Rotation as LieRotation, Vector, so3};
-use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::collect::{Collector, euler_rotation, pose};
-use super::guess::{self, DECIDED, OVERRULED, Stamps};
+use super::guess::{self, DECIDED, Stamps};
 use super::kitti;
 use super::layout::{Layout, Order, Rotation, Stamp, is_comment};
 use super::numbers::float;
+use super::order;
 use super::table::{Row, Separator, after_point, check_coordinate, is_no_value};
 use super::text::{Line, Text};
 use crate::error::Place;
@@ -271,10 +271,10 @@ fn stamp_unit(
 fn decide_rotation(layout: &mut Layout, sample: &Sample, collector: &mut Collector<'_>) {
     match layout.rotation {
         Rotation::Quaternion(columns) if layout.order != Order::Given => {
-            if let Some((columns, remark)) = quaternion_order(layout, columns, sample) {
-                layout.rotation = Rotation::Quaternion(columns);
-                collector.report.remarks.extend(remark);
-            }
+            let (columns, remark) =
+                order::quaternion(layout, columns, &sample.positions, &sample.rotations);
+            layout.rotation = Rotation::Quaternion(columns);
+            collector.report.remarks.extend(remark);
         }
         Rotation::Angles(columns, degrees) => {
             let (degrees, remark) = angle_unit(sample, degrees);
@@ -283,83 +283,6 @@ fn decide_rotation(layout: &mut Layout, sample: &Sample, collector: &mut Collect
         }
         _ => {}
     }
-}
-
-/// The columns of w, x, y, z, and a remark where that is not plain.
-fn quaternion_order(
-    layout: &Layout,
-    columns: [usize; 4],
-    sample: &Sample,
-) -> Option<([usize; 4], Option<Remark>)> {
-    let [w, x, y, z] = columns;
-    let last = w == z + 1 && y == x + 1 && z == y + 1;
-    let first = x == w + 1 && y == x + 1 && z == y + 1;
-    if !first && !last {
-        return None;
-    }
-    // The other order of the same four columns.
-    let other = if last { [x, y, z, w] } else { [z, w, x, y] };
-    let turned = |q: [f64; 4]| {
-        if last {
-            [q[1], q[2], q[3], q[0]]
-        } else {
-            [q[3], q[0], q[1], q[2]]
-        }
-    };
-    let rotation = |[w, x, y, z]: [f64; 4]| {
-        UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix()
-    };
-    let as_is: Vec<LieRotation> = sample.rotations.iter().map(|q| rotation(*q)).collect();
-    let as_other: Vec<LieRotation> = sample
-        .rotations
-        .iter()
-        .map(|q| rotation(turned(*q)))
-        .collect();
-    let ratio = guess::preference(&sample.positions, &as_is, &as_other);
-    let words = |last: bool| if last { "x, y, z, w" } else { "w, x, y, z" };
-    let settled = layout.order == Order::Header || layout.format == Format::Tum;
-    let needed = if settled { OVERRULED } else { DECIDED };
-    let said = if layout.order == Order::Header {
-        "the header"
-    } else {
-        "the habit of the format"
-    };
-    let remark = |text: String| {
-        Some(Remark::new(RemarkKind::QuaternionOrder, text).option(ReadOption::Columns))
-    };
-    if ratio * needed < 1.0 {
-        let text = format!(
-            "quaternions are taken as {}: so the body moves {:.0} times more evenly along its own axes than as {}, which {said} would say",
-            words(!last),
-            1.0 / ratio,
-            words(last)
-        );
-        return Some((other, remark(text)));
-    }
-    if settled {
-        return None;
-    }
-    if ratio > DECIDED {
-        let text = format!(
-            "quaternions are taken as {}: so the body moves {ratio:.0} times more evenly along its own axes than as {}",
-            words(last),
-            words(!last)
-        );
-        return Some((columns, remark(text)));
-    }
-    let start = sample.rotations.first().copied().unwrap_or_default();
-    if turned(start) == [1.0, 0.0, 0.0, 0.0] {
-        let text = format!(
-            "quaternions are taken as {}: so the log begins without a rotation; the motion does not tell",
-            words(!last)
-        );
-        return Some((other, remark(text)));
-    }
-    let text = format!(
-        "quaternions are taken as {}, the habit of such files; neither header nor motion tells",
-        words(last)
-    );
-    Some((columns, remark(text)))
 }
 
 /// Whether angles are degrees, and the remark that says why.

@@ -49,7 +49,7 @@ pub(crate) fn zstd(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, Error> {
     // A file may hold several frames.
     while !rest.is_empty() {
         let decoder = ruzstd::decoding::StreamingDecoder::new(&mut rest)
-            .map_err(|fault| damaged(path, "zstd", &fault.to_string()))?;
+            .map_err(|fault| damaged(path, "zstd", &fault))?;
         let left = limit(bytes.len()).saturating_sub(out.len() as u64);
         read_into(path, decoder, left, &mut out, "zstd")?;
     }
@@ -80,7 +80,7 @@ fn read_into(
     let read = reader
         .take(limit + 1)
         .read_to_end(out)
-        .map_err(|fault| damaged(path, kind, &fault.to_string()))?;
+        .map_err(|fault| damaged(path, kind, &fault))?;
     if read as u64 > limit {
         let found = format!("more than {} MiB of unpacked data", limit >> 20);
         let hint = "a file that unpacks to so many times its size is no pose log";
@@ -90,9 +90,38 @@ fn read_into(
 }
 
 #[cfg(feature = "compression")]
-fn damaged(path: &Path, kind: &str, fault: &str) -> Error {
+fn damaged(path: &Path, kind: &str, fault: &(dyn std::error::Error + 'static)) -> Error {
     let hint = "the file is cut off or damaged; copy it again";
-    Error::input(path, Place::File, format!("{kind} data"), fault, hint)
+    let expected = format!("whole {kind} data");
+    Error::input(path, Place::File, expected, broken(kind, fault), hint)
+}
+
+/// What packed data are that cannot be unpacked, in words: the libraries' own name their types.
+#[cfg(feature = "compression")]
+pub(crate) fn broken(kind: &str, fault: &(dyn std::error::Error + 'static)) -> String {
+    use ruzstd::decoding::errors::FrameDecoderError;
+    let mut next = Some(fault);
+    while let Some(fault) = next {
+        match fault.downcast_ref() {
+            Some(FrameDecoderError::DictNotProvided { .. }) => {
+                return format!("{kind} data that need a dictionary");
+            }
+            Some(FrameDecoderError::WindowSizeTooBig { .. }) => {
+                return format!("{kind} data that need too much memory at a time");
+            }
+            _ => {}
+        }
+        let io = fault.downcast_ref::<std::io::Error>();
+        if io.is_some_and(|io| io.kind() == std::io::ErrorKind::UnexpectedEof) {
+            return format!("{kind} data that end early");
+        }
+        // An error of input and output names the cause of what it holds as its own.
+        next = match io.and_then(std::io::Error::get_ref) {
+            Some(inner) => Some(inner),
+            None => fault.source(),
+        };
+    }
+    format!("damaged {kind} data")
 }
 
 #[cfg(not(feature = "compression"))]

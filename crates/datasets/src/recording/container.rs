@@ -124,8 +124,8 @@ impl<'a> Container<'a> {
 /// Unpacks the front of a chunk, through the record (a code, a length in eight bytes, content) that begins at `last`.
 pub(crate) fn unpack_front(packed: &[u8], compression: &str, last: u64) -> Result<Vec<u8>, Fault> {
     const RECORD: u64 = 9;
-    let damaged = |fault: &dyn std::fmt::Display| {
-        Fault::Damaged(format!("damaged {compression} data ({fault})"))
+    let damaged = |fault: &(dyn std::error::Error + 'static)| {
+        Fault::Damaged(crate::read::broken(compression, fault))
     };
     let limit = crate::read::unpack_limit(packed.len());
     let mut reader: Box<dyn Read + '_> = match compression {
@@ -171,8 +171,8 @@ pub(crate) fn unpack(
             expected.unwrap_or(0) >> 20
         )));
     }
-    let damaged = |fault: &dyn std::fmt::Display| {
-        Fault::Damaged(format!("damaged {compression} data ({fault})"))
+    let damaged = |fault: &(dyn std::error::Error + 'static)| {
+        Fault::Damaged(crate::read::broken(compression, fault))
     };
     let mut out = Vec::new();
     let read = match compression {
