@@ -55,6 +55,9 @@ pub enum Error {
     /// The network refused its input or parameters.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// Whoever watched the training asked to end it.
+    #[error("training: stopped before it was done")]
+    Stopped,
     /// A file could not be read or written.
     #[error("{path}: {source}")]
     Io {

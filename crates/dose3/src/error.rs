@@ -250,6 +250,9 @@ pub enum Error {
         /// What it said.
         reason: Box<Error>,
     },
+    /// The caller's [`Progress`](crate::Progress) asked to end it.
+    #[error("stopped before it was done")]
+    Stopped,
     /// A checkpoint that this run cannot go on from.
     #[error(
         "{reason}; delete the checkpoint to start afresh, or repeat the settings of the first run"

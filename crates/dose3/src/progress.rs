@@ -1,5 +1,6 @@
 //! How far a long computation is.
 
+use crate::error::{Error, Result};
 use dose3_diffusion::trainer::LogRow;
 
 /// Hears how far a computation is. Every method does nothing unless it is written; `()` hears nothing.
@@ -22,6 +23,26 @@ pub trait Progress {
     /// A training step is done.
     fn step(&mut self, row: &LogRow) {
         let _ = row;
+    }
+
+    /// Whether the computation should end here, with [`Error::Stopped`](crate::Error::Stopped). Asked after each
+    /// window and each training step.
+    fn stop(&mut self) -> bool {
+        false
+    }
+}
+
+impl dyn Progress + '_ {
+    /// Tells of measured windows.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`] where the listener has had enough.
+    pub(crate) fn measured(&mut self, done: usize, total: usize) -> Result<()> {
+        self.windows(done, total);
+        match self.stop() {
+            true => Err(Error::Stopped),
+            false => Ok(()),
+        }
     }
 }
 

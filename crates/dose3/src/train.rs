@@ -213,7 +213,14 @@ pub fn train(
             .map_err(|reason| Error::Checkpoint { reason })?;
         resumed_at = Some(trainer.step_count());
     }
-    trainer.run(&mut |row| progress.step(row), &mut |t| {
+    let mut on_step = |row: &LogRow| {
+        progress.step(row);
+        match progress.stop() {
+            true => Err(DiffusionError::Stopped),
+            false => Ok(()),
+        }
+    };
+    let ran = trainer.run(&mut on_step, &mut |t| {
         let Some(path) = &options.checkpoint else {
             return Ok(());
         };
@@ -221,7 +228,11 @@ pub fn train(
             path: path.display().to_string(),
             source: std::io::Error::other(e),
         })
-    })?;
+    });
+    match ran {
+        Err(DiffusionError::Stopped) => return Err(Error::Stopped),
+        other => other?,
+    }
 
     let log = trainer.log().to_vec();
     let last = log

@@ -237,15 +237,15 @@ impl<'a> Trainer<'a> {
     /// keep every `checkpoint_every` steps and at the end.
     ///
     /// # Errors
-    /// Divergence, or whatever `on_checkpoint` answers.
+    /// Divergence, or whatever `on_step` and `on_checkpoint` answer.
     pub fn run(
         &mut self,
-        on_step: &mut dyn FnMut(&LogRow),
+        on_step: &mut dyn FnMut(&LogRow) -> Result<(), Error>,
         on_checkpoint: &mut dyn FnMut(&Self) -> Result<(), Error>,
     ) -> Result<(), Error> {
         while self.step < self.config.steps {
             let row = self.advance()?;
-            on_step(&row);
+            on_step(&row)?;
             let due = self.config.checkpoint_every > 0
                 && self.step.is_multiple_of(self.config.checkpoint_every);
             if due || self.step == self.config.steps {

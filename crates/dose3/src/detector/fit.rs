@@ -277,8 +277,7 @@ impl DetectorBuilder {
         probe.measure(&logs, &windows, |window| {
             rows.push(window.row(set)?);
             poses.extend(window.poses()?.into_iter().map(|(_, numbers)| numbers));
-            progress.windows(window.index + 1, total);
-            Ok::<(), Error>(())
+            progress.measured(window.index + 1, total)
         })?;
         let poses = PoseReference::fit(&poses)?;
         let stretches = stretch_numbers(&windows, options.stride);

@@ -56,8 +56,7 @@ impl Detector {
                         pose_scores[pose] = Some(reference.score(&numbers)?);
                     }
                 }
-                progress.windows(window.index + 1, windows.len());
-                Ok::<(), Error>(())
+                progress.measured(window.index + 1, windows.len())
             })?;
             Ok((windows, rows))
         })?;
