@@ -2,6 +2,7 @@
 
 use dose3_lie::{Pose, so3};
 
+use crate::read::LARGEST_COORDINATE;
 use crate::{Error, LoadReport};
 
 /// Largest entry of `|R^T R - I|` that is taken for rounding of single precision.
@@ -43,6 +44,10 @@ pub(crate) fn check(name: &str, stamps: &[i64], poses: &mut [Pose]) -> Result<Lo
         if !pose.is_finite() {
             return fault(i, "finite numbers", "NaN or infinity".to_owned());
         }
+        if pose.translation.amax() > LARGEST_COORDINATE {
+            let found = format!("{:e}", pose.translation.amax());
+            return fault(i, "coordinates in metres below 1e9", found);
+        }
         let projected = match so3::project(pose.rotation.matrix(), REPAIRED) {
             Ok(projected) => projected,
             Err(error) => return fault(i, "a rotation", error.to_string()),
@@ -83,6 +88,9 @@ mod tests {
         assert_eq!(pose_of(log(&good[..1], |p| p.truncate(1))), 1);
         let nan = |p: &mut Vec<Pose>| p[1].translation.x = f64::NAN;
         assert_eq!(pose_of(log(&good, nan)), 1);
+        // As readers of files have it.
+        let far = |p: &mut Vec<Pose>| p[1].translation.x = -1e10;
+        assert_eq!(pose_of(log(&good, far)), 1);
         let with = |factor: f64| {
             move |p: &mut Vec<Pose>| {
                 let matrix = Matrix::identity() * factor;

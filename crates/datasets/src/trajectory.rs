@@ -92,8 +92,8 @@ impl Trajectory {
     ///
     /// # Errors
     /// [`Error::Memory`] with the pose at fault: another number of stamps than of poses, fewer than two of them,
-    /// stamps that do not increase, numbers that are not finite, matrices that are no rotations (off by more than
-    /// 1e-3).
+    /// stamps that do not increase, numbers that are not finite, coordinates beyond 1e9 m, matrices that are no
+    /// rotations (off by more than 1e-3).
     ///
     /// ```
     /// use dose3_datasets::{Frame, Trajectory};

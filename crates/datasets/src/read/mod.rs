@@ -33,6 +33,7 @@ pub(crate) use graphs::detect as detect_graph;
 pub(crate) use iros20::{frame_files, read_folder};
 pub(crate) use layout::{Layout, unknown};
 pub(crate) use npy::write_4x4;
+pub(crate) use table::LARGEST_COORDINATE;
 pub(crate) use text::{Text, signature};
 pub(crate) use ulog::MAGIC as ULOG;
 pub(crate) use unpack::unpack;

@@ -8,7 +8,7 @@ use crate::error::Place;
 use crate::{Error, ReadOption, StampUnit};
 
 /// Coordinates beyond this many metres are no pose log (UTM and Earth-centred ones stay below 1e7).
-const LARGEST_COORDINATE: f64 = 1e9;
+pub(crate) const LARGEST_COORDINATE: f64 = 1e9;
 
 /// How fields are separated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
