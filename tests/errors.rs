@@ -104,11 +104,11 @@ fn damaged_detectors_are_refused() {
     check(&broken, "not finite");
     // A version from the future.
     let find = |needle: &[u8]| bytes.windows(needle.len()).position(|w| w == needle);
-    let needle = br#"dose3.detector":"{\"format_version\":3"#;
+    let needle = br#"dose3.detector":"{\"format_version\":4"#;
     let at = find(needle).expect("the version stands in the header") + needle.len() - 1;
     let mut future = bytes.clone();
     future[at] = b'9';
-    check(&future, "this build reads 1 to 3");
+    check(&future, "this build reads 1 to 4");
     // A model is no detector.
     let model = text(&folder.path().join("model.dose3"));
     refused(["score", "--detector", &model, &log], &["dose3 fit"]);

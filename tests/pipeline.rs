@@ -87,7 +87,7 @@ fn fit_and_score_accept_the_like_and_reject_the_unlike() {
     assert_eq!(logs[0]["verdict"], "in-distribution");
     assert_eq!(logs[1]["verdict"], "out-of-distribution");
     assert_eq!(logs[1]["segments"][0]["first_pose"], 0);
-    assert!(logs[1]["reasons"][0]["group"].is_string());
+    assert!(logs[1]["contributions"][0]["group"].is_string());
     let p = logs[1]["evidence"]["p_value"].as_f64().expect("a chance");
     assert!(p <= 0.05, "{p}");
     // The audit may leave one of the six trusted logs out.
@@ -271,7 +271,11 @@ fn detectors_of_older_formats_stay_readable() {
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures");
     let folder = tempfile::tempdir().expect("a folder");
     let log = text(&write_logs(folder.path(), Platform::Vehicle, 1, 400)[0]);
-    for (name, frame) in [("detector-v1", "sensor"), ("detector-v2", "body-flu")] {
+    for (name, frame) in [
+        ("detector-v1", "sensor"),
+        ("detector-v2", "body-flu"),
+        ("detector-v3", "body-flu"),
+    ] {
         let detector = text(&fixtures.join(name).with_extension("dose3"));
         let args = ["score", "--detector", &detector, "--frame", frame, "--json"];
         let run = dose3(args.into_iter().chain([log.as_str()]));

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | read logs, or take poses from memory | [`load`], [`logs`], [`Trajectory`] |
 //! | fit a detector, judge, save, load | [`Detector`], [`Report`] |
+//! | draw a judged log pose by pose, beside what is trusted | [`Detector::series`], [`series`] |
 //! | compute statistics of windows | [`Probe`] |
 //! | train a model, draw from one | [`train`], [`generate`] |
 //! | measure a detector on labelled logs | [`evaluate`] |
@@ -24,7 +25,9 @@ pub mod logs;
 pub mod model_file;
 pub mod probe;
 pub mod progress;
+mod reasons;
 pub mod report;
+pub mod series;
 pub mod train;
 
 pub use backend::{Backend, Computing};
@@ -36,7 +39,8 @@ pub use error::{Error, Result, Setting};
 pub use model_file::Model;
 pub use probe::{Measured, Probe, ProbePlan};
 pub use progress::Progress;
-pub use report::Report;
+pub use report::{Reason, Report};
+pub use series::Series;
 
 // The crates below, whose types stand in the interface.
 pub use {dose3_datasets as datasets, dose3_diffusion as diffusion, dose3_lie as lie};

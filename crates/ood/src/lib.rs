@@ -9,6 +9,7 @@ pub mod findings;
 pub mod folds;
 pub mod localise;
 pub mod metrics;
+pub mod ranges;
 mod score;
 mod special;
 pub mod statistics;

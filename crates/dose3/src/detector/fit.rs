@@ -9,8 +9,10 @@ use crate::model_file::{LogRecord, Model};
 use crate::probe::{Probe, ProbePlan, checked};
 use crate::progress::Progress;
 use crate::report;
+use crate::series::{Collector, Motion, TrustedRanges};
 use dose3_datasets::{
-    Frame, Kind, LogGroups, Overlap, Trajectory, Window, overlaps, stretch_numbers, windows_of_each,
+    Frame, Kind, LogGroups, Overlap, Trajectory, Window, overlaps, stretch_numbers, stretches,
+    windows_of_each,
 };
 use dose3_diffusion::{NoiseSharing, Process};
 use dose3_ood::{
@@ -280,13 +282,13 @@ impl DetectorBuilder {
             progress.measured(window.index + 1, total)
         })?;
         let poses = PoseReference::fit(&poses)?;
-        let stretches = stretch_numbers(&windows, options.stride);
+        let numbers = stretch_numbers(&windows, options.stride);
         let place = |(window, stretch): (&Window, usize)| Place {
             group: groups.of_log[window.trajectory],
             log: window.trajectory,
             stretch,
         };
-        let places: Vec<Place> = windows.iter().zip(stretches).map(place).collect();
+        let places: Vec<Place> = windows.iter().zip(numbers).map(place).collect();
         let statistics = DetectorStatistics::fit(config, &rows, &places, &groups.names)?;
         let audit = &statistics.calibration().audit;
         notes.extend(audit.iter().map(|found| Note::UnlikeTheOthers {
@@ -307,6 +309,13 @@ impl DetectorBuilder {
             motion && options.timing,
             motion && options.calibration,
         )?;
+        let left_out = audit.iter().filter(|found| found.left_out);
+        let left_out: Vec<usize> = left_out.map(|found| groups.of_log[found.log]).collect();
+        let kept = |log: &usize| !left_out.contains(&groups.of_log[*log]);
+        let ranges = match needs.exacting() {
+            true => Some(ranges(&logs, kept, &windows, &probe)?),
+            false => None,
+        };
         let header = DetectorHeader {
             format_version: VERSION,
             rate: needs.rate,
@@ -319,6 +328,7 @@ impl DetectorBuilder {
             reference: probe.reference(),
             poses: Some(poses),
             whole,
+            ranges,
             version: env!("CARGO_PKG_VERSION").to_string(),
         };
         Ok(Fitted {
@@ -416,6 +426,29 @@ fn brought_together(
         new
     });
     Ok((logs, needs, notes))
+}
+
+/// The values that plain quantities take in those of `logs` that are `kept`, by pose and by window.
+fn ranges(
+    logs: &[Trajectory],
+    kept: impl Fn(&usize) -> bool,
+    windows: &[Window],
+    probe: &Probe,
+) -> Result<TrustedRanges> {
+    let mut collector = Collector::default();
+    for log in (0..logs.len()).filter(kept) {
+        let (t, linear) = (&logs[log], probe.linear_of(log));
+        for stretch in stretches(t, t.max_gap) {
+            let poses = &t.poses[stretch.clone()];
+            let motion = Motion::new(poses, t.frame, t.rate.hertz, linear.as_deref())?;
+            let within = windows
+                .iter()
+                .filter(|w| w.trajectory == log && stretch.contains(&w.start))
+                .map(|w| w.start - stretch.start..w.start - stretch.start + w.length);
+            collector.add(&motion, &within.collect::<Vec<_>>());
+        }
+    }
+    Ok(collector.finish())
 }
 
 /// Those of the pairs that tell of something new: between logs that no pair before links. Eight logs of one recording

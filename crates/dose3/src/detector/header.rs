@@ -4,6 +4,7 @@ use super::whole::WholeReference;
 use crate::error::{Error, Result};
 use crate::model_file::{self, LogRecord, Model};
 use crate::probe::{ProbePlan, ProbeReference};
+use crate::series::TrustedRanges;
 use dose3_datasets::Frame;
 use dose3_diffusion::NoiseSharing;
 use dose3_ood::{DetectorStatistics, PoseReference};
@@ -12,8 +13,9 @@ use serde::{Deserialize, Serialize};
 /// Metadata key of [`DetectorHeader`].
 pub const KEY: &str = "dose3.detector";
 /// Version of [`DetectorHeader`] that this build writes. Version 2 added what single trusted poses look like;
-/// version 3 says every fact once, and what statistics learn from the trusted logs.
-pub const VERSION: u32 = 3;
+/// version 3 says every fact once, and what statistics learn from the trusted logs; version 4 added the ranges that plain
+/// quantities have in trusted logs.
+pub const VERSION: u32 = 4;
 /// The oldest version that this build reads.
 const OLDEST: u32 = 1;
 
@@ -47,6 +49,10 @@ pub struct DetectorHeader {
     /// What trusted logs look like as wholes.
     #[serde(default, skip_serializing_if = "WholeReference::is_empty")]
     pub whole: WholeReference,
+    /// Which values plain quantities (speeds, turn rates, their roughness) take in trusted logs; none in detectors of
+    /// format 3 and older, and of models that only count poses.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ranges: Option<TrustedRanges>,
     /// Version of the software that fitted it.
     pub version: String,
 }
@@ -94,6 +100,9 @@ impl DetectorHeader {
         }
         if let Some(poses) = &self.poses {
             poses.validate()?;
+        }
+        if let Some(ranges) = &self.ranges {
+            ranges.check()?;
         }
         let set = &self.statistics.config().statistics;
         if set.needs_linear() != self.reference.linear.is_some() {
@@ -153,6 +162,7 @@ impl Before3 {
             reference: ProbeReference::default(),
             poses: self.poses,
             whole: WholeReference::default(),
+            ranges: None,
             version: self.version,
         })
     }

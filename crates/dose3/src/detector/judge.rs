@@ -4,6 +4,7 @@ use super::Detector;
 use crate::error::{Error, Result, Setting};
 use crate::logs::{Note, conform};
 use crate::progress::Progress;
+use crate::reasons;
 use crate::report::{PoseScores, Report};
 use dose3_datasets::{Trajectory, stretch_numbers, windows_of_each};
 
@@ -74,6 +75,8 @@ impl Detector {
             scores: pose_scores,
             threshold: header.poses.as_ref().map(|p| p.threshold()),
         };
-        Ok(Report::new(&log, &windows, evidence, whole, poses, said))
+        let mut report = Report::new(&log, &windows, evidence, whole, poses, said);
+        reasons::explain(self, &log, &mut report)?;
+        Ok(report)
     }
 }

@@ -18,6 +18,7 @@ use crate::logs::Needs;
 use crate::model_file::{self, Model};
 use dose3_datasets::Trajectory;
 use dose3_model::Precision;
+use dose3_ood::statistics::LinearPredictor;
 use loaded::Loaded;
 use std::path::Path;
 
@@ -68,6 +69,11 @@ impl Detector {
     #[must_use]
     pub fn header(&self) -> &DetectorHeader {
         &self.header
+    }
+
+    /// What predicts each axis of the motion from the others; none where no statistic needs it.
+    pub(crate) fn linear(&self) -> Option<&LinearPredictor> {
+        self.header.reference.linear.as_ref()
     }
 
     /// The same detector, whose networks run elsewhere. Scores agree to rounding.

@@ -39,6 +39,8 @@ use crate::model_file::Model;
 use dose3_datasets::{LogGroups, Representation, Trajectory, Window};
 use dose3_diffusion::{Branches, ModelPair, Process};
 use dose3_ood::StatisticsSet;
+use dose3_ood::statistics::LinearPredictor;
+use std::sync::Arc;
 
 /// What turns windows of poses into statistics. Knows no file: logs may come from anywhere.
 pub struct Probe {
@@ -133,6 +135,11 @@ impl Probe {
     #[must_use]
     pub fn reference(&self) -> ProbeReference {
         self.learnt.reference()
+    }
+
+    /// What predicts the axes of trusted log `log`, learnt without its group; none where no statistic needs it.
+    pub(crate) fn linear_of(&self, log: usize) -> Option<Arc<LinearPredictor>> {
+        self.learnt.of_log(log)
     }
 
     /// Measures new logs by what was learnt from trusted ones.

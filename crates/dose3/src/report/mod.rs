@@ -1,11 +1,13 @@
 //! What is said of a log: the verdict, what it rests on, where in the log, and why.
 
 mod places;
+mod reason;
 mod text;
 
 pub(crate) use text::rows;
 
 pub use places::{Place, PoseSpan, Segment, WindowReport};
+pub use reason::{Reason, ReasonAxis, ReasonKind};
 
 use crate::detector::WholeFindings;
 use dose3_datasets::{RateSource, RowKind, Trajectory, Window};
@@ -21,7 +23,7 @@ pub struct Report {
     /// The verdict in one word.
     pub verdict: Verdict,
     /// The numbers that it rests on. Scores of windows stand in [`windows`](Self::windows), contributions in
-    /// [`reasons`](Self::reasons), notes in [`notes`](Self::notes).
+    /// [`contributions`](Self::contributions), notes in [`notes`](Self::notes).
     pub evidence: LogVerdict,
     /// Where: runs of overlapping windows beyond the threshold, and the run that decided where the log differs.
     pub segments: Vec<Segment>,
@@ -29,8 +31,11 @@ pub struct Report {
     pub pose_spans: Vec<PoseSpan>,
     /// What the log shows as a whole: its stamps, its calibration.
     pub whole: WholeFindings,
-    /// Why: which groups of statistics drove the scores, the strongest first.
-    pub reasons: Vec<Contribution>,
+    /// Why, in words: the strongest reasons of all segments, at most three. Each segment has its own.
+    #[serde(default)]
+    pub reasons: Vec<Reason>,
+    /// Which groups of statistics drove the scores, the strongest first.
+    pub contributions: Vec<Contribution>,
     /// What the user should know, in sentences.
     pub notes: Vec<String>,
     /// Every window, in order.
@@ -105,7 +110,8 @@ impl Report {
         Self {
             pose_spans: places::pose_spans(log, &segments, &poses),
             segments,
-            reasons: std::mem::take(&mut evidence.contributions),
+            reasons: Vec::new(),
+            contributions: std::mem::take(&mut evidence.contributions),
             verdict: evidence.verdict,
             log: JudgedLog::from(log),
             evidence,

@@ -1,6 +1,6 @@
 //! Where in a log: windows, runs of windows, runs of poses.
 
-use super::PoseScores;
+use super::{PoseScores, Reason};
 use dose3_datasets::{Trajectory, Window};
 use dose3_ood::Score;
 use serde::{Deserialize, Serialize};
@@ -59,6 +59,9 @@ pub struct Segment {
     pub place: Place,
     /// Highest window score of the run.
     pub worst_score: Score,
+    /// Why it is unlike the trusted logs, the strongest reason first; none of detectors of format 3 and older.
+    #[serde(default)]
+    pub reasons: Vec<Reason>,
 }
 
 /// A run of poses that stick out.
@@ -131,6 +134,7 @@ pub(super) fn segments(
     let segment = |(first, last, worst_score)| Segment {
         place: Place::new(log, first, last),
         worst_score,
+        reasons: Vec::new(),
     };
     runs.into_iter().map(segment).collect()
 }

@@ -24,7 +24,7 @@ impl fmt::Display for Report {
         self.write_places(f)?;
         self.write_whole(f)?;
         if !self.segments.is_empty() {
-            for (i, reason) in self.reasons.iter().take(REASONS).enumerate() {
+            for (i, reason) in self.contributions.iter().take(REASONS).enumerate() {
                 writeln!(
                     f,
                     "  {:<11} {}: {:.0} % of windows beyond the trusted ones, p {:.3}",
@@ -172,6 +172,9 @@ impl Report {
                 self.place(&s.place),
                 s.worst_score.value()
             )?;
+            for reason in &s.reasons {
+                writeln!(f, "                {}", reason.sentence)?;
+            }
         }
         match self.segments.len().saturating_sub(SHOWN) {
             0 => {}
