@@ -5,6 +5,9 @@ mod args;
 mod commands;
 mod explain;
 mod list;
+mod ordered;
+mod output_file;
+mod terminal;
 
 use clap::Parser;
 use std::process::ExitCode;
@@ -22,7 +25,7 @@ fn main() -> ExitCode {
     match commands::run(args) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            commands::say(&format!("error: {}", explain::explain(&error)));
+            terminal::say(&format!("error: {}", explain::explain(&error)));
             ExitCode::from(2)
         }
     }

@@ -36,7 +36,7 @@ pub use increments::increments;
 pub use load::{
     Survey, discover, load, load_all, load_bytes, load_several, load_several_bytes, survey,
 };
-pub use naming::{group_logs, make_unique};
+pub use naming::{group_logs, make_unique, put_folders_before, telling_folders};
 pub use options::LoadOptions;
 pub use read::columns::Columns;
 #[cfg(feature = "recordings")]

@@ -1,7 +1,7 @@
 //! Short names of logs, from where their files lie.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::{Format, Trajectory};
 
@@ -86,24 +86,70 @@ pub fn make_unique<'a>(trajectories: impl IntoIterator<Item = &'a mut Trajectory
             if count[&trajectory.name] == 1 {
                 continue;
             }
-            let folder = trajectory
-                .path
-                .ancestors()
-                .nth(depth)
-                .and_then(Path::file_name);
             // Where the folders end, the position among the logs tells them apart.
-            let prefix = folder
-                .and_then(|name| name.to_str())
-                .map_or_else(|| index.to_string(), str::to_owned);
-            let name = format!("{prefix}/{}", trajectory.name);
-            if trajectory.group == trajectory.name
-                && !matches!(trajectory.format, Format::RobotCar | Format::Euroc)
-            {
-                trajectory.group.clone_from(&name);
-            }
-            trajectory.name = name;
+            let prefix = folder_above(&trajectory.path, depth).unwrap_or_else(|| index.to_string());
+            put_before(trajectory, &prefix);
         }
     }
+}
+
+/// Puts a folder before the name of a log, and of its group where that follows the name.
+fn put_before(trajectory: &mut Trajectory, folder: &str) {
+    let name = format!("{folder}/{}", trajectory.name);
+    if trajectory.group == trajectory.name
+        && !matches!(trajectory.format, Format::RobotCar | Format::Euroc)
+    {
+        trajectory.group.clone_from(&name);
+    }
+    trajectory.name = name;
+}
+
+/// The folders, the innermost last, that tell logs with equal names apart, for files that are read one at a time: what
+/// [`make_unique`] finds out when all of them are read. Put to use by [`put_folders_before`].
+#[must_use]
+pub fn telling_folders(paths: &[PathBuf]) -> Vec<Vec<String>> {
+    let mut names: Vec<String> = paths
+        .iter()
+        .map(
+            |path| match path.file_stem().and_then(|stem| stem.to_str()) {
+                // RobotCar marks these in its logs' names.
+                Some(stem @ ("rtk" | "vo")) => format!("{}-{stem}", name(path, Format::Csv).0),
+                _ => name(path, Format::Csv).0,
+            },
+        )
+        .collect();
+    let mut folders = vec![Vec::new(); paths.len()];
+    for depth in 1.. {
+        let mut count: HashMap<String, usize> = HashMap::new();
+        for name in &names {
+            *count.entry(name.clone()).or_default() += 1;
+        }
+        if count.values().all(|count| *count == 1) {
+            break;
+        }
+        for (index, path) in paths.iter().enumerate() {
+            if count[&names[index]] == 1 {
+                continue;
+            }
+            let folder = folder_above(path, depth).unwrap_or_else(|| index.to_string());
+            names[index] = format!("{folder}/{}", names[index]);
+            folders[index].insert(0, folder);
+        }
+    }
+    folders
+}
+
+/// Puts the folders of [`telling_folders`] before the name of a log of that file.
+pub fn put_folders_before(trajectory: &mut Trajectory, folders: &[String]) {
+    for folder in folders.iter().rev() {
+        put_before(trajectory, folder);
+    }
+}
+
+/// The name of the folder that lies `depth` levels above a file.
+fn folder_above(path: &Path, depth: usize) -> Option<String> {
+    let folder = path.ancestors().nth(depth)?.file_name()?.to_str()?;
+    Some(folder.to_owned())
 }
 
 /// Puts logs of equal length of the IROS20 data into one group: they come from the same video.
@@ -124,5 +170,55 @@ pub fn group_logs(trajectories: &mut [Trajectory]) {
         if let Some(group) = twin {
             trajectories[index].group = group;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic::{Platform, trajectory};
+
+    #[test]
+    fn files_read_one_at_a_time_get_the_names_of_files_read_together() {
+        let paths = [
+            "a/run/x.txt",
+            "b/run/x.txt",
+            "b/y.txt",
+            "c/2015/gps/ins.csv",
+            "c/2015/gps/rtk.csv",
+            "d/poses.txt",
+            "e/poses.txt",
+        ];
+        let paths = paths.map(|path| PathBuf::from("/data").join(path));
+        let read = |path: &PathBuf| {
+            let mut log = trajectory(Platform::Vehicle, 1, 3, 10.0);
+            log.path.clone_from(path);
+            (log.name, log.group) = name(
+                path,
+                if path.starts_with("/data/c") {
+                    Format::RobotCar
+                } else {
+                    Format::Tum
+                },
+            );
+            log.format = if path.starts_with("/data/c") {
+                Format::RobotCar
+            } else {
+                Format::Tum
+            };
+            log
+        };
+        let mut together: Vec<Trajectory> = paths.iter().map(read).collect();
+        make_unique(&mut together);
+        let folders = telling_folders(&paths);
+        for ((path, folders), expected) in paths.iter().zip(&folders).zip(&together) {
+            let mut alone = read(path);
+            put_folders_before(&mut alone, folders);
+            assert_eq!(
+                (&alone.name, &alone.group),
+                (&expected.name, &expected.group)
+            );
+        }
+        assert_eq!(together[0].name, "a/run/x");
     }
 }

@@ -1,7 +1,8 @@
 //! `dose3 eval`
 
-use super::{Bar, computing, count, print, print_json, progress, read_options, read_set, say};
+use super::{computing, read_options, read_set};
 use crate::args::Eval;
+use crate::terminal::{Bar, count, print, print_json, progress, say};
 use anyhow::Result;
 use dose3::Detector;
 use dose3::evaluate::{Evaluation, MetricReport, evaluate};
@@ -13,7 +14,7 @@ pub fn run(args: &Eval) -> Result<()> {
     let options = read_options(&args.reading);
     let id = read_set(&args.id, &options)?;
     let ood = read_set(&args.ood, &options)?;
-    let mut bar = Bar(progress((id.len() + ood.len()) as u64, "logs")?);
+    let mut bar = Bar(progress((id.len() + ood.len()) as u64, "logs", false)?);
     let bootstrap = Bootstrap {
         resamples: args.resamples,
         seed: detector.header().plan().seed,

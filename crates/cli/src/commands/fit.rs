@@ -1,15 +1,17 @@
 //! `dose3 fit`
 
-use super::{Bar, check_output, computing, count, model, progress, read_options, read_set, say};
+use super::{computing, model, read_options, read_set};
 use crate::args::Fit;
 use crate::explain::with_flag;
 use crate::list;
+use crate::output_file::{DETECTOR, OutputFile};
+use crate::terminal::{Bar, count, progress, say};
 use anyhow::Result;
 use dose3::datasets::make_unique;
 use dose3::{Detector, DetectorBuilder, FitOptions, Trajectory};
 
 pub fn run(args: &Fit) -> Result<()> {
-    check_output(&args.out)?;
+    let out = OutputFile::new(&args.out, DETECTOR, args.force)?;
     let builder = Detector::builder()
         .model(model(&args.model)?)
         .options(options(args)?)
@@ -18,10 +20,10 @@ pub fn run(args: &Fit) -> Result<()> {
     if !args.reading.strict {
         leave_out(&builder, &mut trusted)?;
     }
-    let mut bar = Bar(progress(0, "statistics")?);
+    let mut bar = Bar(progress(0, "statistics", false)?);
     let fitted = builder.run(&trusted, &mut bar)?;
     bar.0.finish_and_clear();
-    fitted.detector.save(&args.out)?;
+    out.save(&fitted.detector.to_bytes()?)?;
     for note in &fitted.notes {
         say(&format!("note: {}", with_flag(note)));
     }

@@ -1,8 +1,9 @@
 //! `dose3 inspect`
 
-use super::{count, print, print_json, read_options, say, say_skipped};
+use super::{read_options, say_skipped};
 use crate::args::Inspect;
 use crate::explain::{explain, remark_with_flag};
+use crate::terminal::{count, print, print_json, say};
 use anyhow::Result;
 use dose3::logs::find_each;
 use dose3_datasets::{Contents, LostSpan, RateSource, Remark, Trajectory, contents, stretches};

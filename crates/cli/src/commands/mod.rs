@@ -9,13 +9,11 @@ mod train;
 
 use crate::args::{self, Args, Command, FrameOf, Reading, StampName};
 use crate::explain::explain;
-use anyhow::{Context, Result, bail};
+use crate::terminal::{count, say};
+use anyhow::{Result, bail};
 use dose3::logs::{ReadOptions, find_each};
-use dose3::progress::Progress;
 use dose3::{Computing, Model, Trajectory};
 use dose3_datasets::LoadOptions;
-use indicatif::{ProgressBar, ProgressStyle};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// More threads than any machine that this runs on has cores; their stacks alone would fill memory.
@@ -38,50 +36,6 @@ pub fn run(args: Args) -> Result<u8> {
         Command::Eval(a) => eval::run(&a).map(|()| 0),
         Command::Inspect(a) => inspect::run(&a),
         Command::Sample(a) => sample::run(&a).map(|()| 0),
-    }
-}
-
-/// A line for people, to standard error.
-pub fn say(text: &str) {
-    // Nobody is left to tell where standard error is closed.
-    let _ = writeln!(std::io::stderr(), "{text}");
-}
-
-/// Results, to standard output. A closed pipe (`| head`) ends the program quietly.
-fn print(text: &str) -> Result<()> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        other => Ok(other?),
-    }
-}
-
-/// A value as one indented JSON document.
-fn print_json(value: &impl serde::Serialize) -> Result<()> {
-    print(&format!("{}\n", serde_json::to_string_pretty(value)?))
-}
-
-/// A progress bar with ETA; nothing where standard error is no terminal.
-fn progress(total: u64, what: &'static str) -> Result<ProgressBar> {
-    let style = ProgressStyle::with_template(
-        "{prefix} [{bar:30}] {pos}/{len} {elapsed} elapsed, {eta} left {msg}",
-    )?
-    .progress_chars("=> ");
-    Ok(ProgressBar::new(total).with_style(style).with_prefix(what))
-}
-
-/// Windows of the logs at hand, or whole logs, as a bar.
-struct Bar(ProgressBar);
-
-impl Progress for Bar {
-    fn windows(&mut self, done: usize, total: usize) {
-        self.0.set_length(total as u64);
-        self.0.set_position(done as u64);
-    }
-
-    fn log(&mut self, name: &str) {
-        self.0.set_message(name.to_owned());
-        self.0.inc(1);
     }
 }
 
@@ -164,55 +118,4 @@ fn model(name: &Path) -> Result<Model> {
         Some("paper") => dose3::built_in::paper()?,
         _ => Model::read(name)?,
     })
-}
-
-/// Refuses, before hours of work, an output path that cannot be written, and one under which something lies that is
-/// no model or detector: a pose log, a device.
-fn check_output(path: &Path) -> Result<()> {
-    let shown = path.display();
-    if path.is_dir() {
-        bail!("{shown} is a folder, expected the name of a file to write");
-    }
-    if path.symlink_metadata().is_ok_and(|found| !found.is_file()) {
-        bail!("{shown} is a link or a device, expected the name of a file to write");
-    }
-    if path.is_file() && !is_safetensors(path) {
-        bail!(
-            "{shown} is there and is no model or detector; hint: it is not replaced, name another file"
-        );
-    }
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    check_folder(folder)
-}
-
-/// Whether a file is empty, or begins as a safetensors file does: the length of its header, then JSON.
-fn is_safetensors(path: &Path) -> bool {
-    let mut start = [0; 9];
-    let read = std::fs::File::open(path).and_then(|mut file| {
-        let empty = file.metadata()?.len() == 0;
-        if !empty {
-            std::io::Read::read_exact(&mut file, &mut start)?;
-        }
-        Ok(empty)
-    });
-    read.is_ok_and(|empty| empty || start[8] == b'{')
-}
-
-/// Refuses a folder that cannot be made or written to.
-fn check_folder(folder: &Path) -> Result<()> {
-    let writable =
-        std::fs::create_dir_all(folder).and_then(|()| tempfile::tempfile_in(folder).map(|_| ()));
-    writable.with_context(|| format!("cannot write into {}", folder.display()))
-}
-
-/// `1 log`, `2 logs`.
-fn count(n: usize, what: &str) -> String {
-    if n == 1 {
-        format!("1 {what}")
-    } else {
-        format!("{n} {what}s")
-    }
 }

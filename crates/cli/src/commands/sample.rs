@@ -1,22 +1,36 @@
 //! `dose3 sample`
 
-use super::{check_folder, computing, count, model, say};
+use super::{computing, model};
 use crate::args::Sample;
+use crate::output_file::{Kind, OutputFile, check_folder};
+use crate::terminal::{count, say};
 use anyhow::{Context, Result};
-use dose3::{atomic, generate};
+use dose3::generate;
 use dose3_datasets::write;
+
+/// A log is never known to be one of ours.
+const SEQUENCE: Kind = Kind {
+    name: "empty file",
+    begins: |_| false,
+};
 
 pub fn run(args: &Sample) -> Result<()> {
     check_folder(&args.out)?;
+    let seeds = (0..args.count).map(|i| args.seed.wrapping_add(i as u64));
+    let files: Vec<(u64, OutputFile)> = seeds
+        .map(|seed| {
+            let path = args.out.join(format!("sample_{seed}.txt"));
+            Ok((seed, OutputFile::new(&path, SEQUENCE, args.force)?))
+        })
+        .collect::<Result<_>>()?;
     let model = model(&args.model)?;
     let mut models = computing(&args.computing).load(&model.parameters)?;
-    for i in 0..args.count {
-        let seed = args.seed.wrapping_add(i as u64);
+    for (seed, file) in files {
         let trajectory = generate::sequence(&model, &mut models, seed)?;
         let mut bytes = Vec::new();
         write::kitti(&mut bytes, &trajectory)?;
-        let path = args.out.join(format!("sample_{seed}.txt"));
-        atomic::write(&path, &bytes).context("cannot write a generated sequence")?;
+        file.save(&bytes)
+            .context("cannot write a generated sequence")?;
     }
     say(&format!(
         "wrote {} to {}",

@@ -1,11 +1,13 @@
 //! `dose3 train`
 
-use super::{check_output, count, progress, read_options, say};
+use super::read_options;
 use crate::args::{RotationNoiseName, RotationProcessName, ScheduleName, Train};
+use crate::output_file::{DETECTOR, Kind, OutputFile};
+use crate::terminal::{count, progress, say};
 use anyhow::{Context, Result, bail};
+use dose3::logs;
 use dose3::progress::Progress;
 use dose3::train::{HoldOut, TrainOptions, train};
-use dose3::{atomic, logs};
 use dose3_cli::plot;
 use dose3_datasets::{resample, same_rate};
 use dose3_diffusion::trainer::{LogRow, TrainConfig, to_csv};
@@ -15,7 +17,7 @@ use indicatif::ProgressBar;
 use std::io::IsTerminal;
 
 pub fn run(args: &Train) -> Result<()> {
-    check_output(&args.out)?;
+    let files = Files::new(args)?;
     if checkpoint(args) == args.out {
         bail!(
             "--out and the checkpoint are the same file: {}",
@@ -40,10 +42,41 @@ pub fn run(args: &Train) -> Result<()> {
     let mut heard = Heard {
         args,
         parameters: options.network.parameter_count(),
-        bar: progress(args.steps as u64, "training")?,
+        bar: progress(args.steps as u64, "training", false)?,
     };
     let trained = train(&trajectories, &options, &mut heard)?;
-    finish(args, &heard.bar, &trained)
+    heard.bar.finish_and_clear();
+    finish(args, &files, &trained)
+}
+
+/// What a training writes.
+struct Files {
+    model: OutputFile,
+    losses: OutputFile,
+    plot: OutputFile,
+}
+
+/// Losses step by step.
+const LOSSES: Kind = Kind {
+    name: "log of a training",
+    begins: |start| start.starts_with(b"step,"),
+};
+
+/// Plots are SVG files.
+const PLOT: Kind = Kind {
+    name: "plot",
+    begins: |start| start.starts_with(b"<svg"),
+};
+
+impl Files {
+    fn new(args: &Train) -> Result<Self> {
+        let beside = |end, kind| OutputFile::new(&args.out.with_extension(end), kind, args.force);
+        Ok(Self {
+            model: OutputFile::new(&args.out, DETECTOR, args.force)?,
+            losses: beside("log.csv", LOSSES)?,
+            plot: beside("loss.svg", PLOT)?,
+        })
+    }
 }
 
 /// Training as it goes: a bar on a terminal, else a line now and then.
@@ -75,8 +108,7 @@ impl Progress for Heard<'_> {
     }
 }
 
-fn finish(args: &Train, bar: &ProgressBar, trained: &dose3::train::Trained) -> Result<()> {
-    bar.finish_and_clear();
+fn finish(args: &Train, files: &Files, trained: &dose3::train::Trained) -> Result<()> {
     if let Some(step) = trained.resumed_at {
         say(&format!("went on from the checkpoint at step {step}"));
     }
@@ -85,11 +117,9 @@ fn finish(args: &Train, bar: &ProgressBar, trained: &dose3::train::Trained) -> R
     } else {
         Precision::F32
     };
-    trained.model.write(&args.out, precision)?;
-    let csv = args.out.with_extension("log.csv");
-    atomic::write(&csv, to_csv(&trained.log).as_bytes())?;
-    let svg = args.out.with_extension("loss.svg");
-    atomic::write(&svg, plot::losses(&trained.log)?.as_bytes())?;
+    files.model.save(&trained.model.to_bytes(precision, &[])?)?;
+    files.losses.save(to_csv(&trained.log).as_bytes())?;
+    files.plot.save(plot::losses(&trained.log)?.as_bytes())?;
     let training = &trained.model.header.training;
     if let (Some(t), Some(r)) = (
         training.translation_validation,
@@ -101,9 +131,9 @@ fn finish(args: &Train, bar: &ProgressBar, trained: &dose3::train::Trained) -> R
     }
     say(&format!(
         "wrote {}, {} and {}",
-        args.out.display(),
-        csv.display(),
-        svg.display()
+        files.model.path().display(),
+        files.losses.path().display(),
+        files.plot.path().display()
     ));
     Ok(())
 }

@@ -1,13 +1,12 @@
 //! Reading logs with what a user says about them.
 
+use super::list;
 use crate::error::{Error, Result, Setting};
 use dose3_datasets::{
     Frame, LoadOptions, Rate, RateSource, ReadOption, Remark, RemarkKind, Trajectory, load_all,
-    load_several, make_unique, survey,
+    make_unique,
 };
-use std::collections::HashSet;
-use std::fs::canonicalize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What a user may say about logs whose files do not.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,54 +74,17 @@ pub struct Found {
 /// # Errors
 /// Options out of range.
 pub fn find_each(paths: &[PathBuf], options: &ReadOptions) -> Result<Found> {
-    options.check()?;
-    let load_options = &options.load;
-    let (mut found, mut seen) = (Vec::new(), HashSet::new());
-    let mut skipped = Vec::new();
-    for path in paths {
-        match files(path, load_options, &mut skipped) {
-            Ok(files) => found.extend(files.into_iter().map(Ok)),
-            Err(error) => found.push(Err((path.clone(), error))),
-        }
-    }
+    let listing = list(paths, options)?;
     let mut read: Vec<(PathBuf, Result<Trajectory>)> = Vec::new();
-    for file in found {
-        match file {
-            Err((path, error)) => read.push((path, Err(error))),
-            Ok(file) if seen.insert(canonicalize(&file).unwrap_or_else(|_| file.clone())) => {
-                match load_several(&file, load_options) {
-                    Ok(logs) => read.extend(logs.into_iter().map(|mut log| {
-                        let log = apply(&mut log, options).map(|()| log);
-                        (file.clone(), log)
-                    })),
-                    Err(error) => read.push((file, Err(error.into()))),
-                }
-            }
-            Ok(_) => {}
-        }
+    for file in &listing.files {
+        let logs = file.read(options).into_iter();
+        read.extend(logs.map(|log| (file.path.clone(), log)));
     }
     make_unique(read.iter_mut().filter_map(|(_, log)| log.as_mut().ok()));
     Ok(Found {
         logs: read,
-        skipped,
+        skipped: listing.skipped,
     })
-}
-
-/// The logs that a path names, at least one.
-fn files(
-    path: &Path,
-    options: &LoadOptions,
-    skipped: &mut Vec<(PathBuf, String)>,
-) -> Result<Vec<PathBuf>> {
-    let survey = survey(path, options)?;
-    skipped.extend(survey.ignored.into_iter().zip(survey.reasons));
-    let found = survey.logs;
-    match found.is_empty() {
-        true => Err(Error::NoLogIn {
-            path: path.to_path_buf(),
-        }),
-        false => Ok(found),
-    }
 }
 
 impl ReadOptions {

@@ -127,7 +127,8 @@ impl Report {
     }
 
     /// Rows of the file as it counts them, with stamps where there are any.
-    fn place(&self, place: &Place) -> String {
+    #[must_use]
+    pub fn place(&self, place: &Place) -> String {
         let stamps = match (&place.first_stamp, &place.last_stamp) {
             (Some(first), Some(last)) if first != last => format!(", stamps {first} to {last}"),
             _ => String::new(),

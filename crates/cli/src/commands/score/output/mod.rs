@@ -1,0 +1,14 @@
+//! The forms of results, a file each.
+
+mod csv;
+mod json;
+mod jsonl;
+mod junit;
+mod line;
+mod table;
+
+pub use csv::Csv;
+pub use json::{Head, Json};
+pub use jsonl::Jsonl;
+pub use junit::Junit;
+pub use table::Table;
