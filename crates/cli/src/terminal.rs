@@ -5,8 +5,10 @@ use dose3::progress::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, Write};
 
-/// Narrower than this nothing can be laid out; wider lines are hard to read.
+/// Narrower than this nothing can be laid out.
 const NARROWEST: usize = 40;
+/// Where the texts of a report begin, behind two blanks and a label.
+const LABELS: usize = 14;
 
 /// A line for people, to standard error.
 pub fn say(text: &str) {
@@ -110,19 +112,14 @@ pub fn wrap(text: &str, columns: Option<usize>) -> String {
     out
 }
 
-/// Where the text of a line begins: past its blanks, and past a label of one word with two blanks or more behind.
+/// Where the text of a line begins: a report's behind the column of labels, of others behind their blanks.
 fn indent(line: &str) -> usize {
     let blanks = line.len() - line.trim_start_matches(' ').len();
-    if blanks == 0 {
-        return 2;
-    }
-    let rest = &line[blanks..];
-    let label = rest.find(' ').unwrap_or(rest.len());
-    let behind = rest[label..].len() - rest[label..].trim_start_matches(' ').len();
-    let aligned = blanks == 2 && label <= 11;
-    match behind {
-        2.. => blanks + label + behind,
-        1 if aligned => blanks + label + 1,
+    let at = |column: usize| line.as_bytes().get(column).copied();
+    let labelled = at(LABELS - 1) == Some(b' ') && at(LABELS).is_some_and(|c| c != b' ');
+    match blanks {
+        2 if labelled => LABELS,
+        0 => 2,
         _ => blanks,
     }
 }
@@ -170,11 +167,17 @@ mod tests {
             "07                       in distribution\n  chance      0.41 of this in a log like\n\
              \x20             your 9 logs\n              and 1 more segment\n"
         );
-        // A label as wide as its column, and a word that fits nowhere.
-        assert_eq!(
-            wrap("  calibration one two three", Some(20)),
-            "  calibration one\n          two three\n"
-        );
+        // A label of two words, one as wide as its column, and a word that fits nowhere.
+        for label in ["decided by ", "calibration"] {
+            assert_eq!(
+                wrap(&format!("  {label} one two three"), Some(30)),
+                format!("  {label} one two three\n")
+            );
+            assert_eq!(
+                wrap(&format!("  {label} one two three four"), Some(30)),
+                format!("  {label} one two three\n{:14}four\n", "")
+            );
+        }
         let long = "x".repeat(50);
         assert_eq!(wrap(&long, Some(40)), format!("{long}\n"));
     }

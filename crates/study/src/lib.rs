@@ -14,6 +14,7 @@ mod numbers;
 pub mod options;
 mod paper;
 mod passes;
+mod plain;
 mod progress;
 pub mod provenance;
 pub mod reproduction;

@@ -5,6 +5,7 @@ mod report;
 use crate::cells::{Ranking, cells};
 use crate::options::Options;
 use crate::passes::{PassSettings, passes};
+use crate::plain;
 use crate::progress::progress;
 use crate::provenance::{Start, write_document};
 use crate::roles::KITTI_TESTED;
@@ -123,7 +124,7 @@ pub fn run(options: &Options, of_table: &TableOptions) -> Result<()> {
     let json = options.out.join("benchmark.json");
     atomic::write(&json, serde_json::to_string_pretty(&report)?.as_bytes())?;
     atomic::write(&options.out.join("benchmark.md"), markdown.as_bytes())?;
-    println!("\n{markdown}");
+    plain::print(&markdown);
     println!("wrote {} and benchmark.md", json.display());
     if let Some(folder) = &options.render {
         let name = match synthetic {

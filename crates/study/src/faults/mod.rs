@@ -22,6 +22,7 @@ pub use protocol::Part;
 
 use crate::data::DataRoot;
 use crate::options::Options;
+use crate::plain;
 use crate::provenance::{Start, write_document};
 use crate::sets;
 use crate::verdicts::VerdictOptions;
@@ -200,7 +201,8 @@ pub fn run(options: &Options, of_faults: &FaultOptions) -> Result<()> {
     let json = options.out.join("faults.json");
     atomic::write(&json, serde_json::to_string_pretty(&report)?.as_bytes())?;
     atomic::write(&options.out.join("faults.md"), markdown.as_bytes())?;
-    println!("\n{markdown}\nwrote {} and faults.md", json.display());
+    plain::print(&markdown);
+    println!("wrote {} and faults.md", json.display());
     if let Some(folder) = &options.render {
         // A run without windows has a place of its own: the other one may be of several models.
         let windows = of_faults.wants(Section::Windows, options.quick);

@@ -19,6 +19,7 @@ mod windows;
 use crate::data::DataRoot;
 use crate::faults::{self as benchmark, FaultOptions, Part, Section};
 use crate::options::Options;
+use crate::plain;
 use crate::provenance::{Provenance, Start, write_document};
 use anyhow::Result;
 use dose3::atomic;
@@ -141,7 +142,8 @@ fn write(options: &Options, record: &Record, name: &str, title: &str) -> Result<
     atomic::write(&json, serde_json::to_string_pretty(record)?.as_bytes())?;
     let document = options.out.join(format!("{name}.md"));
     atomic::write(&document, markdown.as_bytes())?;
-    println!("\n{markdown}\nwrote {} and {name}.md", json.display());
+    plain::print(&markdown);
+    println!("wrote {} and {name}.md", json.display());
     if let Some(folder) = &options.render {
         let path = write_document(folder, name, title, &markdown)?;
         println!("updated {}", path.display());

@@ -10,8 +10,10 @@ use anyhow::Result;
 use dose3::Report;
 use std::fmt::Write as _;
 
-/// Names are this wide at least; longer ones push their own line.
+/// Names are this wide at least, half of it on a narrow terminal; longer ones push their own line.
 const NAME: usize = 24;
+/// A terminal with fewer columns is narrow.
+const NARROW: usize = 100;
 
 pub struct Table {
     to: Target,
@@ -38,15 +40,23 @@ impl Table {
         }
     }
 
+    fn name_width(&self) -> usize {
+        match self.columns {
+            Some(columns) if columns < NARROW => NAME / 2,
+            _ => NAME,
+        }
+    }
+
     /// The log in one line, cut at the edge of a terminal.
     fn row(&self, report: &Report) -> String {
         let (words, style) = words(report.verdict);
         let rest = format!(
-            "  {:>7}  {:>7}  {:<NAME$}  {}",
+            "  {:>7}  {:>7}  {:<width$}  {}",
             chance(report.evidence.p_value),
             far(report.evidence.excess),
             report.log.name,
-            place(report)
+            place(report),
+            width = self.name_width()
         );
         let rest = cut(
             rest.trim_end(),
@@ -60,8 +70,12 @@ impl Table {
 
     fn head(&self) -> String {
         let head = format!(
-            "{:<19}  {:>7}  {:>7}  {:<NAME$}  where",
-            "verdict", "chance", "far", "log"
+            "{:<19}  {:>7}  {:>7}  {:<width$}  where",
+            "verdict",
+            "chance",
+            "far",
+            "log",
+            width = self.name_width()
         );
         format!(
             "{}\n",
