@@ -156,7 +156,7 @@ mod tests {
         );
         for (text, expected) in [
             (
-                "file\na.txt\n",
+                "file\nc.txt\n",
                 "column `path` or the path of a log, found file",
             ),
             ("path\n", "names no log"),

@@ -5,6 +5,8 @@ use clap::Args as ClapArgs;
 use std::path::PathBuf;
 
 #[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:\n  \
+    dose3 eval --detector trusted.dose3 --id more-good/ --ood known-bad/")]
 pub struct Eval {
     /// Detector file
     #[arg(long, value_name = "FILE")]

@@ -7,6 +7,11 @@ use dose3_diffusion::NoiseSharing;
 use std::path::PathBuf;
 
 #[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:\n  \
+    dose3 fit --trusted good/ --out trusted.dose3\n  \
+    dose3 fit --trusted runs/ --group '{}_run*' --out trusted.dose3\n  \
+    dose3 fit --list logs.csv --alpha 0.01 --out trusted.dose3\n  \
+    dose3 fit --trusted drives/ --tf map:base_link --out trusted.dose3")]
 pub struct Fit {
     /// Model file, or a built-in one: `motion` (body-frame motion at 10 Hz) or `paper` (the paper's
     /// windows, trained on KITTI)

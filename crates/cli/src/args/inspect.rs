@@ -5,6 +5,10 @@ use clap::Args as ClapArgs;
 use std::path::PathBuf;
 
 #[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:\n  \
+    dose3 inspect drive.txt\n  \
+    dose3 inspect recording.mcap --topic /odom\n  \
+    dose3 inspect recording.bag --tf map:base_link --json")]
 pub struct Inspect {
     /// Files or folders with logs
     #[arg(required = true, value_name = "LOG")]

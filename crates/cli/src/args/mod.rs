@@ -7,6 +7,7 @@ mod inspect;
 mod reading;
 mod sample;
 mod score;
+mod shell;
 mod train;
 
 pub use computing::Computing;
@@ -16,19 +17,22 @@ pub use inspect::Inspect;
 pub use reading::{FrameOf, Reading, StampName};
 pub use sample::Sample;
 pub use score::{OutputName, Score, Showing};
+pub use shell::{Completions, Man};
 pub use train::{RotationNoiseName, RotationProcessName, ScheduleName, Train};
 
 use clap::{Parser, Subcommand};
 
 /// Is this pose log like the logs I trust, and if not, where and why?
 #[derive(Debug, Parser)]
-#[command(version, max_term_width = 100)]
-#[command(
-    after_help = "Exit codes: 0 in distribution (or done), 1 out of distribution, 2 error.\n\
+#[command(name = "dose3", version, max_term_width = 100)]
+#[command(after_help = "Examples:\n  \
+      dose3 fit --trusted good/ --out trusted.dose3\n  \
+      dose3 score --detector trusted.dose3 new/\n\n\
+    Exit codes: 0 in distribution (or done); 1 a log is out of distribution; 2 an error, or a log that could \
+    not be judged, whatever the others are.\n\
     Formats are told by content: KITTI, TUM, EuRoC, RobotCar, csv with named columns, matrices, npy, \
     IROS20, g2o, COLMAP, NeRF, Open3D; MCAP, ROS 1 and ROS 2 bags, PX4 ULog; .gz and .zst of text; \
-    - is standard input."
-)]
+    - is standard input.")]
 pub struct Args {
     /// What to do
     #[command(subcommand)]
@@ -37,7 +41,7 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Train the two noise estimators on pose logs (needed once; a trained model is built in)
+    /// Train the two noise estimators on pose logs (trained models are built in)
     Train(Train),
     /// Learn what trusted logs look like to a model, without retraining it
     Fit(Fit),
@@ -49,6 +53,10 @@ pub enum Command {
     Inspect(Inspect),
     /// Generate pose sequences from a model
     Sample(Sample),
+    /// Print completions for a shell
+    Completions(Completions),
+    /// Write manual pages
+    Man(Man),
 }
 
 impl Command {
@@ -60,7 +68,63 @@ impl Command {
             Self::Score(a) => a.computing.threads,
             Self::Eval(a) => a.computing.threads,
             Self::Sample(a) => a.computing.threads,
-            Self::Inspect(_) => 0,
+            Self::Inspect(_) | Self::Completions(_) | Self::Man(_) => 0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Args;
+    use clap::{CommandFactory, Parser};
+
+    /// The words of a shell line: single quotes keep blanks.
+    fn words(line: &str) -> Vec<String> {
+        let quoted = line.split('\'').enumerate();
+        let parts = quoted.flat_map(|(index, part)| match index % 2 {
+            1 => vec![part.to_owned()],
+            _ => part.split_whitespace().map(str::to_owned).collect(),
+        });
+        parts.collect()
+    }
+
+    #[test]
+    fn every_subcommand_has_examples_and_they_are_valid() {
+        let command = Args::command();
+        let mut valid = 0;
+        for sub in std::iter::once(&command).chain(command.get_subcommands()) {
+            let help = sub
+                .get_after_help()
+                .map(ToString::to_string)
+                .unwrap_or_default();
+            let lines: Vec<&str> = help.lines().filter(|line| line.starts_with("  ")).collect();
+            assert!(!lines.is_empty(), "{}: no example", sub.get_name());
+            for line in lines {
+                let own = line
+                    .find("dose3 ")
+                    .map(|start| &line[start..])
+                    .expect("the program");
+                let own = own
+                    .split(" > ")
+                    .next()
+                    .expect("a command")
+                    .split(" | ")
+                    .next()
+                    .expect("a command");
+                let parsed = Args::try_parse_from(words(own));
+                assert!(
+                    parsed.is_ok(),
+                    "{line}\n{}",
+                    parsed.err().map(|e| e.to_string()).unwrap_or_default()
+                );
+                valid += 1;
+            }
+        }
+        assert!(valid > 15, "{valid}");
+    }
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Args::command().debug_assert();
     }
 }

@@ -5,6 +5,8 @@ use clap::Args as ClapArgs;
 use std::path::PathBuf;
 
 #[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:\n  \
+    dose3 sample --out sequences/ --count 8 --seed 1")]
 pub struct Sample {
     /// Model file, or a built-in one: `motion` or `paper`
     #[arg(long, value_name = "FILE|NAME", default_value = "motion")]

@@ -5,6 +5,13 @@ use clap::{Args as ClapArgs, ValueEnum};
 use std::path::PathBuf;
 
 #[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:\n  \
+    dose3 score --detector trusted.dose3 drive.txt\n  \
+    dose3 score --detector trusted.dose3 --fdr 0.05 --out results.csv drives/\n  \
+    dose3 score --detector trusted.dose3 --output junit estimates/*.txt > dose3.xml\n  \
+    dose3 score --detector trusted.dose3 --topic /odom bag/\n  \
+    zcat drive.csv.gz | dose3 score --detector trusted.dose3 --format csv -\n  \
+    find . -name '*.tum' | dose3 score --detector trusted.dose3 --list - --output jsonl")]
 pub struct Score {
     /// Detector file
     #[arg(long, value_name = "FILE")]

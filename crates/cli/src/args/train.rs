@@ -30,6 +30,9 @@ pub enum RotationProcessName {
 }
 
 #[derive(Debug, ClapArgs)]
+#[command(after_help = "Examples:\n  \
+    dose3 train --data recordings/ --out model.dose3\n  \
+    dose3 train --data a/ b/ --representation motion --resample 10 --frame body-flu --out motion.dose3")]
 pub struct Train {
     /// Files or folders with logs
     #[arg(long, required = true, num_args = 1.., value_name = "PATH")]

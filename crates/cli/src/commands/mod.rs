@@ -5,6 +5,7 @@ mod fit;
 mod inspect;
 mod sample;
 mod score;
+mod shell;
 mod train;
 
 use crate::args::{self, Args, Command, FrameOf, Reading, StampName};
@@ -36,6 +37,8 @@ pub fn run(args: Args) -> Result<u8> {
         Command::Eval(a) => eval::run(&a).map(|()| 0),
         Command::Inspect(a) => inspect::run(&a),
         Command::Sample(a) => sample::run(&a).map(|()| 0),
+        Command::Completions(a) => shell::completions(&a).map(|()| 0),
+        Command::Man(a) => shell::man(&a).map(|()| 0),
     }
 }
 
