@@ -7,10 +7,10 @@
     cargo build --release -p dose3-cli && cargo build --release -p dose3-datasets --example faulty_logs
     VENV/bin/python tests/comparison/compare.py [--keep FOLDER]
 
-Logs are made here: eight trusted drives, a ninth one sound and with each fault. Every tool gets them in a form that it
+Logs are made here: eight trusted drives, eight others, one more sound and with each fault. Every tool gets them in a form that it
 reads (TUM, MCAP with nav_msgs/Odometry and tf, arrays of states) and, where it takes one, a specification that its own
 command derives from the sound log. Prints a row a log: what each tool calls beyond what it calls on the sound log, and
-the words it uses.
+the words it uses; and how many of eight other sound drives it calls in the same way.
 """
 
 import argparse
@@ -282,7 +282,8 @@ def main():
     done = run(LOGS, folder, *FAULTS)
     assert done.returncode == 0, done.stderr
     logs = [folder / "new/sound.txt"] + [folder / "new" / (re.sub("[:/]", "_", fault) + ".txt") for fault in FAULTS]
-    for log in logs:
+    others = sorted((folder / "others").glob("*.txt"))
+    for log in logs + others:
         to_mcap(log, log.with_suffix(".mcap"))
     for name, tool in TOOLS.items():
         sound = tool(folder, logs[0])
@@ -293,6 +294,9 @@ def main():
             found += bool(new)
             print(f"  {log.stem}: {'; '.join(sorted(new))[:300] or '-'}")
         print(f"  {found} of {len(FAULTS)} faulty logs", flush=True)
+        if tool is not evo_ape:
+            called = [other.stem + ": " + "; ".join(sorted(new)) for other in others if (new := tool(folder, other) - sound)]
+            print(f"  {len(called)} of {len(others)} other sound drives  {' | '.join(called)[:400]}", flush=True)
 
 
 if __name__ == "__main__":

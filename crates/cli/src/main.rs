@@ -7,6 +7,8 @@ mod explain;
 mod list;
 mod ordered;
 mod output_file;
+#[cfg(all(test, feature = "schema"))]
+mod schema;
 mod terminal;
 
 use clap::Parser;

@@ -1,7 +1,7 @@
 //! Writes synthetic drives as TUM files, sound ones and the same drive with faults:
 //! `cargo run --release -p dose3-datasets --example faulty_logs -- FOLDER freeze:1s jump:1m slip:1m/s`.
-//! `FOLDER/trusted` gets eight drives, `FOLDER/new` a ninth one as `sound.txt` and, named after its fault, with each
-//! fault in its poses 300 to 380 (in all of them, where the fault is of a whole log).
+//! `FOLDER/trusted` gets eight drives, `FOLDER/others` eight other sound ones, `FOLDER/new` one more as `sound.txt` and,
+//! named after its fault, with each fault in its poses 300 to 380 (in all of them, where the fault is of a whole log).
 
 use dose3_datasets::faults::Fault;
 use dose3_datasets::synthetic::{Platform, trajectory};
@@ -21,6 +21,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     for seed in 0..8 {
         let drive = trajectory(Platform::Vehicle, seed, POSES, HERTZ);
         write_tum(&folder.join("trusted"), &format!("drive{seed}"), &drive)?;
+        let other = trajectory(Platform::Vehicle, 50 + seed, POSES, HERTZ);
+        write_tum(
+            &folder.join("others"),
+            &format!("drive{}", 50 + seed),
+            &other,
+        )?;
     }
     let sound = trajectory(Platform::Vehicle, 40, POSES, HERTZ);
     write_tum(&folder.join("new"), "sound", &sound)?;

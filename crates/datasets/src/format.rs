@@ -226,6 +226,7 @@ impl FromStr for Frame {
 
 /// Where a rate comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum RateSource {
     /// One over the median step of the log's own stamps.

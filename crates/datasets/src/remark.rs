@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Something a person should know about how a log was read or about what it holds.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Remark {
     /// What it is about.
     pub kind: RemarkKind,
@@ -17,6 +18,7 @@ pub struct Remark {
 
 /// Kinds of remark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum RemarkKind {
@@ -56,6 +58,7 @@ pub enum RemarkKind {
 
 /// A setting of [`crate::LoadOptions`] that a remark or an error can point to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum ReadOption {
@@ -141,6 +144,7 @@ impl fmt::Display for Remark {
 
 /// Why a row holds no pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum LostKind {
     /// NaN, infinite or empty numbers.
@@ -188,6 +192,7 @@ impl std::str::FromStr for LostKind {
 
 /// Rows in a piece that hold no pose: tracking was lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LostSpan {
     /// How the rows say so; for mixed spans, how the first does.
     pub kind: LostKind,

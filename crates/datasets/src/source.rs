@@ -31,6 +31,7 @@ pub(crate) fn nearest(stamps: &[i64], stamp: i64) -> Option<usize> {
 
 /// What a row number counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum RowKind {
     /// Lines of a text file from 1, as editors count; headers, comments and blank lines count too.

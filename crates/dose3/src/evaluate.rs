@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// One metric with its interval.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MetricReport {
     /// `auroc`, `aupr_in`, `aupr_out`, `fpr_at_95_tpr`, `detection`, `false_alarms`.
     pub metric: String,
@@ -19,6 +20,7 @@ pub struct MetricReport {
 
 /// What an evaluation found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Evaluation {
     /// Statistics of the detector.
     pub statistics: String,

@@ -6,6 +6,7 @@ use std::cmp::Ordering;
 /// How far out of distribution something is: higher = more OOD, everywhere. For a density it is
 /// minus the log-density (natural logarithm). Never NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]
 pub struct Score(f64);
 

@@ -5,6 +5,7 @@ use std::fmt;
 
 /// What is said of a log, in one word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// A log like the trusted ones is so unusual more often than alpha.

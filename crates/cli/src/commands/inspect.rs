@@ -12,6 +12,7 @@ use std::fmt::Write as _;
 
 /// What `inspect --json` prints for one log.
 #[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Report {
     name: String,
     path: String,
@@ -34,6 +35,7 @@ struct Report {
 
 /// What `inspect --json` prints for a recording of which no topic was asked for.
 #[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Recording {
     path: String,
     #[serde(flatten)]
@@ -42,10 +44,17 @@ struct Recording {
 
 /// One path of `inspect`.
 #[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 enum Entry {
     Recording(Recording),
     Log(Report),
+}
+
+/// Schema of what `--json` prints.
+#[cfg(all(test, feature = "schema"))]
+pub fn schema() -> schemars::Schema {
+    schemars::schema_for!(Vec<Entry>)
 }
 
 pub fn run(args: &Inspect) -> Result<u8> {

@@ -2,9 +2,9 @@
 
 mod eval;
 mod fit;
-mod inspect;
+pub mod inspect;
 mod sample;
-mod score;
+pub mod score;
 mod shell;
 mod train;
 

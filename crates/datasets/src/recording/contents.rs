@@ -11,6 +11,7 @@ use crate::{Error, LoadOptions, detect, stretch};
 
 /// What is in a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Contents {
     /// All topics, sorted by name.
     pub topics: Vec<Topic>,
@@ -22,6 +23,7 @@ pub struct Contents {
 
 /// One topic.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Topic {
     /// Its name.
     pub name: String,
@@ -43,6 +45,7 @@ pub struct Topic {
 
 /// Frames from a root down, each with the rate of its transform in the one before; 0 for a fixed one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Chain {
     /// Names of the frames.
     pub frames: Vec<String>,

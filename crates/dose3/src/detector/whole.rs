@@ -29,6 +29,7 @@ pub struct WholeReference {
 
 /// What a log shows as a whole.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WholeFindings {
     /// Its stamps against those of the trusted logs; none where either has no stamps.
     #[serde(default, skip_serializing_if = "Option::is_none")]

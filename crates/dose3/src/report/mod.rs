@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 
 /// What is said of one log. As text (`Display`) a summary in plain words; as JSON everything, and back.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Report {
     /// The log.
     pub log: JudgedLog,
@@ -46,6 +47,7 @@ pub struct Report {
 
 /// What a report says of the log itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct JudgedLog {
     /// Its name.
     pub name: String,
@@ -79,6 +81,7 @@ impl From<&Trajectory> for JudgedLog {
 
 /// How much single poses stick out.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PoseScores {
     /// Score beyond which one in a thousand trusted poses is; none in detectors of format 1.
     pub threshold: Option<Score>,

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 /// What is said of one window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WindowReport {
     /// Index of its first pose in the log as it was judged.
     pub first_pose: usize,
@@ -31,6 +32,7 @@ pub struct WindowReport {
 
 /// A part of a log: as it was judged, and in the user's file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Place {
     /// Its first pose in the log as it was judged.
     pub first_pose: usize,
@@ -53,6 +55,7 @@ pub struct Place {
 
 /// A run of overlapping windows beyond the threshold, or of the run that decided.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Segment {
     /// Where it is.
     #[serde(flatten)]
@@ -66,6 +69,7 @@ pub struct Segment {
 
 /// A run of poses that stick out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PoseSpan {
     /// Where it is.
     #[serde(flatten)]

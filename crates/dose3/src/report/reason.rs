@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// One deviation from the trusted logs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Reason {
     /// What deviates.
     pub kind: ReasonKind,
@@ -29,6 +30,7 @@ pub struct Reason {
 
 /// What can deviate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum ReasonKind {
@@ -53,6 +55,7 @@ pub enum ReasonKind {
 /// Of what a reason speaks. Where the body's axes are not known to be forward, left and up, these are its x, y and z,
 /// and roll, pitch and yaw the turns about them ([`super::JudgedLog::named_axes`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum ReasonAxis {

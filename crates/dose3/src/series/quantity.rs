@@ -7,6 +7,7 @@ use std::str::FromStr;
 /// An axis of the motion: along or about the body's axes. Where the body's axes are not known to be forward, left and
 /// up, these are its own x, y and z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
     /// Along x.
@@ -68,6 +69,7 @@ pub enum Quantity {
 
 /// What a quantity is measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Unit {
     /// Metres.

@@ -67,6 +67,7 @@ struct Level {
 
 /// The most unusual run of a log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Run {
     /// Chance that a log like the trusted ones has so unusual a run, in (0, 1].

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a chance rests on: how much trusted data, and whether a model of its tail.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Basis {
     /// Groups of trusted logs that the log was compared with.

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 /// What one group of statistics says of the windows that decided: of the run that sets the log apart where
 /// it is, else of those beyond the threshold where there are any, else of all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Contribution {
     /// Name of the group.

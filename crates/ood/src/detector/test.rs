@@ -25,6 +25,7 @@ pub struct ExternalTest {
 
 /// What one test says of a log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TestVerdict {
     /// Name of the test: its statistics, or the name of a test from outside.
@@ -39,6 +40,7 @@ pub struct TestVerdict {
 
 /// What a test rests on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Evidence {
     /// The most unusual run of windows.

@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize};
 
 /// The verdict on one log, with what it rests on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct LogVerdict {
     /// What is said of the log.

@@ -46,6 +46,7 @@ impl Default for Bootstrap {
 
 /// An interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Interval {
     /// Lower end.
     pub lower: f64,
@@ -55,6 +56,7 @@ pub struct Interval {
 
 /// A metric with its interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Estimate {
     /// The metric of all scores.
     pub value: f64,

@@ -10,6 +10,7 @@ use std::ops::Range;
 
 /// One place where the stamps are unlike trusted ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum TimingEvent {
     /// Poses are missing here and there.

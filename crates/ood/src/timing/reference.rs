@@ -41,6 +41,7 @@ struct Stored {
 
 /// What one symptom says of a log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TimingFinding {
     /// The symptom.
@@ -55,6 +56,7 @@ pub struct TimingFinding {
 
 /// What the stamps say of a log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TimingVerdict {
     /// Chance of stamps as unlike the trusted ones in a log like the trusted ones: the smallest of the symptoms'

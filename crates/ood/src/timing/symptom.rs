@@ -5,6 +5,7 @@ use std::fmt;
 
 /// One kind of wrong stamps. All but the last two are numbers of a span of steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Symptom {
     /// Share of steps of a period and a half or more: at least one pose is missing.

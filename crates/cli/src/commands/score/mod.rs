@@ -1,7 +1,7 @@
 //! `dose3 score`: which logs ([`files`]), judged on several threads, shown one after the other ([`sink`]).
 
 mod judge;
-mod output;
+pub mod output;
 mod sink;
 mod summary;
 

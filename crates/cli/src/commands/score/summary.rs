@@ -16,6 +16,7 @@ const NOTES: usize = 12;
 
 /// A path that is no log or cannot be judged, and why.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Failure {
     /// The path.
     pub path: String,
@@ -25,6 +26,7 @@ pub struct Failure {
 
 /// Counts over all logs of a call.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Counts {
     /// Logs judged.
     pub judged: usize,
@@ -40,6 +42,7 @@ pub struct Counts {
 
 /// Logs called by Benjamini and Hochberg's procedure over all logs of a call.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Fdr {
     /// The share of the called logs that may be false alarms.
     pub level: f64,

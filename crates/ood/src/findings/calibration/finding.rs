@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// How the position of a log belongs to its attitude, compared with the trusted logs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationFinding {
     /// The cause that explains the difference best.
@@ -35,6 +36,7 @@ pub struct CalibrationFinding {
 
 /// Alarms among the trusted logs themselves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredAlarms {
     /// Groups of trusted logs with a piece that would be called by the others.
@@ -45,6 +47,7 @@ pub struct MeasuredAlarms {
 
 /// Unit of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Unit {
     /// Seconds.
     #[serde(rename = "s")]

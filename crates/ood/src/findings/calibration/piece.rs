@@ -60,6 +60,7 @@ const EQUATIONS: [Equation; 5] = [
 
 /// An axis of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
     /// Ahead; the turn about it is roll.
@@ -80,6 +81,7 @@ enum Term {
 
 /// What two halves of a pose may have between them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// Position behind (positive) or ahead of the attitude in time.

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the document says before the logs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Head {
     /// The detector's file.
     pub detector: String,

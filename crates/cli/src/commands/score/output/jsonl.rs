@@ -2,19 +2,25 @@
 
 use super::super::judge::Judged;
 use super::super::sink::{Sink, Target};
-use super::super::summary::Summary;
+use super::super::summary::{Failure, Summary};
 use anyhow::Result;
 use dose3::Report;
 use serde::Serialize;
 
 /// A line: what is said of the log, or what is wrong with it.
 #[derive(Serialize)]
-struct Line<'a> {
-    path: String,
-    #[serde(flatten, skip_serializing_if = "Option::is_none")]
-    report: Option<&'a Report>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<&'a str>,
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum Line<'a> {
+    /// A log that was judged.
+    Judged {
+        /// Its file.
+        path: String,
+        #[serde(flatten)]
+        report: &'a Report,
+    },
+    /// A log that could not be read or judged.
+    Failed(Failure),
 }
 
 pub struct Jsonl {
@@ -29,10 +35,13 @@ impl Jsonl {
 
 impl Sink for Jsonl {
     fn log(&mut self, judged: &Judged, _: bool) -> Result<()> {
-        let line = Line {
-            path: judged.path.display().to_string(),
-            report: judged.report(),
-            error: judged.outcome.as_ref().err().map(String::as_str),
+        let path = judged.path.display().to_string();
+        let line = match &judged.outcome {
+            Ok((_, report)) => Line::Judged { path, report },
+            Err(error) => Line::Failed(Failure {
+                path,
+                error: error.clone(),
+            }),
         };
         self.to
             .write(&format!("{}\n", serde_json::to_string(&line)?))

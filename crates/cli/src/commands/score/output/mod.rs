@@ -5,6 +5,8 @@ mod json;
 mod jsonl;
 mod junit;
 mod line;
+#[cfg(all(test, feature = "schema"))]
+pub mod schema;
 mod table;
 
 pub use csv::Csv;
