@@ -7,6 +7,7 @@ use dose3::backend::{Backend, Computing};
 use dose3_study::benchmark::{self, Source, TableOptions};
 use dose3_study::faults::{self, FaultOptions, Part, Section};
 use dose3_study::learned;
+use dose3_study::live::{self, LiveOptions};
 use dose3_study::options::Options;
 use dose3_study::reproduction::{self, ReproductionOptions};
 use dose3_study::verdicts::{self, VerdictOptions};
@@ -37,6 +38,9 @@ pub struct BenchmarkArgs {
     /// Verdicts on logs
     #[command(flatten)]
     pub verdicts: VerdictArgs,
+    /// Alarms while a log is recorded
+    #[command(flatten)]
+    pub live: LiveArgs,
     /// Everything that the paper shows
     #[command(flatten)]
     pub all: AllArgs,
@@ -106,13 +110,13 @@ pub struct FaultArgs {
     #[arg(long)]
     pub faults: bool,
     /// Which logs are tested: validation (settings are chosen on them) or test
-    #[arg(long, default_value_t, requires = "faults")]
+    #[arg(long, default_value_t)]
     pub part: Part,
     /// Places a set that faults are injected at (with --quick at most 40)
     #[arg(long, value_name = "N", default_value_t = 150, requires = "faults")]
     pub sites: usize,
     /// Seed of noise, fits and faults
-    #[arg(long, default_value_t = 0, requires = "faults")]
+    #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Sections to run: windows, logs, controls, alarms, cells, near, and into verdicts.json and verdicts.md
     /// couplings, timing, short, lengths, few (default: all; --quick leaves out near and the verdicts)
@@ -135,6 +139,20 @@ pub struct VerdictArgs {
     /// Judge the test logs alone, not every group of logs left out in turn
     #[arg(long)]
     pub one_fold: bool,
+}
+
+/// Arguments of `--live`.
+#[derive(Debug, Args)]
+pub struct LiveArgs {
+    /// Measure how soon streams raise an alarm, and how often on sound logs; writes live.json and live.md
+    #[arg(long, conflicts_with_all = ["faults", "real", "all", "retrain", "model"])]
+    pub live: bool,
+    /// False alarms an hour that are allowed
+    #[arg(long, value_name = "N", default_value_t = 1.0, requires = "live")]
+    pub alarms_per_hour: f64,
+    /// Poses from window to window (default: a quarter of the detector's stride)
+    #[arg(long, value_name = "N", requires = "live")]
+    pub every: Option<usize>,
 }
 
 /// Runs a benchmark and writes its results.
@@ -167,6 +185,19 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
     };
     if args.all.all {
         return reproduce(args, &options);
+    }
+    if args.live.live {
+        return live::run(
+            &options,
+            &LiveOptions {
+                part: args.faults.part,
+                pieces: args.verdicts.pieces,
+                one_fold: args.verdicts.one_fold,
+                seed: args.faults.seed,
+                alarms_per_hour: args.live.alarms_per_hour,
+                every: args.live.every,
+            },
+        );
     }
     if args.verdicts.real {
         return verdicts::real(&options, &fault_options(args));

@@ -102,6 +102,11 @@ fn flag(setting: Setting) -> Option<&'static str> {
         Setting::Draws => "--draws",
         Setting::Stride => "--stride",
         Setting::Alpha => "--alpha",
+        Setting::Rate => "--rate",
+        Setting::Gap => "--max-gap",
+        Setting::Reset => "--reset",
+        Setting::AlarmsPerHour => "--alarms-per-hour",
+        Setting::Every => "--every",
         _ => return None,
     })
 }

@@ -25,12 +25,16 @@ pub(crate) fn motions(poses: &[Pose]) -> impl Iterator<Item = Pose> + '_ {
 /// assert_eq!(increments(&[at(1.0), at(2.0)], Frame::CameraRdf), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 /// ```
 pub fn increments(poses: &[Pose], frame: Frame) -> Vec<f64> {
-    let axes = frame.to_forward_left_up();
-    motions(poses)
-        .flat_map(|step| {
-            let t = axes * step.translation;
-            let r = axes * so3::log(&step.rotation);
-            [t.x, t.y, t.z, r.x, r.y, r.z]
-        })
+    let pairs = poses.windows(2);
+    pairs
+        .flat_map(|pair| increment(&pair[0], &pair[1], frame))
         .collect()
+}
+
+/// The same of one step, for poses that come one after the other.
+pub fn increment(from: &Pose, to: &Pose, frame: Frame) -> [f64; 6] {
+    let (axes, step) = (frame.to_forward_left_up(), from.relative(to));
+    let t = axes * step.translation;
+    let r = axes * so3::log(&step.rotation);
+    [t.x, t.y, t.z, r.x, r.y, r.z]
 }

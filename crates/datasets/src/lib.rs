@@ -32,7 +32,7 @@ pub use error::{Error, InputError, Place};
 pub use format::{Format, Frame, Rate, RateSource};
 pub use groups::{GroupBy, LogGroups, Overlap, Shared, overlaps};
 pub use hex::hex;
-pub use increments::increments;
+pub use increments::{increment, increments};
 pub use load::{
     Survey, discover, load, load_all, load_bytes, load_several, load_several_bytes, survey,
 };

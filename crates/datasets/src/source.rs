@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::read::numbers::decimal;
+
 /// Stamps and rows of a log as they were recorded.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Source {
@@ -96,6 +98,19 @@ impl StampUnit {
             Self::Microseconds => "us",
             Self::Nanoseconds => "ns",
         }
+    }
+
+    /// The nanoseconds of a decimal number of this unit, every digit kept; `None` for what is no number, or none of a
+    /// time before the year 2096.
+    ///
+    /// ```
+    /// use dose3_datasets::StampUnit;
+    ///
+    /// assert_eq!(StampUnit::Seconds.parse_stamp("1305031098.665912"), Some(1_305_031_098_665_912_000));
+    /// assert_eq!(StampUnit::Nanoseconds.parse_stamp("noon"), None);
+    /// ```
+    pub fn parse_stamp(self, text: &str) -> Option<i64> {
+        decimal(text, self.shift()).ok()
     }
 
     /// A stamp as a decimal number of this unit, without trailing zeros.

@@ -279,6 +279,16 @@ pub enum Setting {
     Stride,
     /// Share of trusted logs that may be rejected.
     Alpha,
+    /// Poses a second of a stream.
+    Rate,
+    /// Seconds without a pose that end a stretch.
+    Gap,
+    /// Metres a step that are a jump of the estimator's world.
+    Reset,
+    /// False alarms an hour.
+    AlarmsPerHour,
+    /// Poses from one window of a stream to the next.
+    Every,
 }
 
 impl std::fmt::Display for Setting {
@@ -290,6 +300,11 @@ impl std::fmt::Display for Setting {
             Self::Draws => "number of noise draws",
             Self::Stride => "stride of windows",
             Self::Alpha => "alpha",
+            Self::Rate => "rate of the stream",
+            Self::Gap => "pause that ends a stretch",
+            Self::Reset => "distance of a jump",
+            Self::AlarmsPerHour => "number of false alarms an hour",
+            Self::Every => "number of poses from window to window",
         })
     }
 }

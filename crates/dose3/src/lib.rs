@@ -6,6 +6,7 @@
 //! | read logs, or take poses from memory | [`load`], [`logs`], [`Trajectory`] |
 //! | fit a detector, judge, save, load | [`Detector`], [`Report`] |
 //! | draw a judged log pose by pose, beside what is trusted | [`Detector::series`], [`series`] |
+//! | judge while a log is recorded | [`Stream`], [`stream`] |
 //! | compute statistics of windows | [`Probe`] |
 //! | train a model, draw from one | [`train`], [`generate`] |
 //! | measure a detector on labelled logs | [`evaluate`] |
@@ -28,6 +29,7 @@ pub mod progress;
 mod reasons;
 pub mod report;
 pub mod series;
+pub mod stream;
 pub mod train;
 
 pub use backend::{Backend, Computing};
@@ -41,6 +43,7 @@ pub use probe::{Measured, Probe, ProbePlan};
 pub use progress::Progress;
 pub use report::{Reason, Report};
 pub use series::Series;
+pub use stream::{Monitor, Said, Stream, StreamOptions};
 
 // The crates below, whose types stand in the interface.
 pub use {dose3_datasets as datasets, dose3_diffusion as diffusion, dose3_lie as lie};

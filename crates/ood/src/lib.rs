@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+pub mod alarm;
 pub mod calibration;
 pub mod density;
 pub mod detector;
@@ -28,5 +29,6 @@ pub use localise::PoseReference;
 pub use score::Score;
 pub use statistics::{
     Accumulator, Group, PoseWindow, Sample, Statistic, StatisticsSet, Trace, TraceSummary,
+    Workspace,
 };
 pub use verdict::Verdict;

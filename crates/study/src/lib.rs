@@ -9,6 +9,7 @@ mod cells;
 pub mod data;
 pub mod faults;
 pub mod learned;
+pub mod live;
 pub mod networks;
 mod numbers;
 pub mod options;

@@ -7,6 +7,7 @@ mod pytorch;
 mod report;
 mod score;
 mod sgemm;
+mod stream;
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
@@ -27,6 +28,8 @@ pub enum Part {
     Networks,
     /// A whole `score`.
     Score,
+    /// Streams of poses; writes stream.json and stream.md.
+    Stream,
 }
 
 /// Arguments of `bench`.
@@ -92,6 +95,9 @@ pub struct BenchArgs {
     /// Times that a log is scored
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub score_rounds: usize,
+    /// Streams
+    #[command(flatten)]
+    pub stream: stream::StreamArgs,
     /// Folder for bench.json and bench.md
     #[arg(long, value_name = "DIR", default_value = "results")]
     pub out: PathBuf,
@@ -117,6 +123,12 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let command: Vec<String> = std::env::args().skip(1).collect();
     let start = Start::now(&command.join(" "));
     check(args)?;
+    if args.parts.contains(&Part::Stream) {
+        stream::run(&args.stream, &args.out, &command.join(" "))?;
+        if args.parts.len() == 1 {
+            return Ok(());
+        }
+    }
     let mut report = Report {
         flex: cfg!(feature = "flex"),
         multipliers: args.multipliers.clone(),

@@ -9,6 +9,7 @@ mod sample;
 mod score;
 mod shell;
 mod train;
+mod watch;
 
 pub use computing::Computing;
 pub use eval::Eval;
@@ -19,6 +20,7 @@ pub use sample::Sample;
 pub use score::{OutputName, Score, Showing};
 pub use shell::{Completions, Man};
 pub use train::{RotationNoiseName, RotationProcessName, ScheduleName, Train};
+pub use watch::Watch;
 
 use clap::{Parser, Subcommand};
 
@@ -53,6 +55,8 @@ pub enum Command {
     Inspect(Inspect),
     /// Generate pose sequences from a model
     Sample(Sample),
+    /// Judge poses as they come on standard input, and raise an alarm: JSON lines
+    Watch(Watch),
     /// Print completions for a shell
     Completions(Completions),
     /// Write manual pages
@@ -69,6 +73,8 @@ impl Command {
             Self::Eval(a) => a.computing.threads,
             Self::Sample(a) => a.computing.threads,
             Self::Inspect(_) | Self::Completions(_) | Self::Man(_) => 0,
+            // One stream is judged on one core.
+            Self::Watch(_) => 1,
         }
     }
 }

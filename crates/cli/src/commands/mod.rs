@@ -7,6 +7,7 @@ mod sample;
 pub mod score;
 mod shell;
 mod train;
+mod watch;
 
 use crate::args::{self, Args, Command, FrameOf, Reading, StampName};
 use crate::explain::explain;
@@ -37,6 +38,7 @@ pub fn run(args: Args) -> Result<u8> {
         Command::Eval(a) => eval::run(&a).map(|()| 0),
         Command::Inspect(a) => inspect::run(&a),
         Command::Sample(a) => sample::run(&a).map(|()| 0),
+        Command::Watch(a) => watch::run(&a),
         Command::Completions(a) => shell::completions(&a).map(|()| 0),
         Command::Man(a) => shell::man(&a).map(|()| 0),
     }

@@ -9,7 +9,7 @@ mod iros20;
 mod kitti;
 mod layout;
 mod npy;
-mod numbers;
+pub(crate) mod numbers;
 mod order;
 mod plausible;
 mod robotcar;

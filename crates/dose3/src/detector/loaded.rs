@@ -21,19 +21,22 @@ impl Loaded {
         let mut slot = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let probe = match &mut *slot {
             Some(probe) => probe,
-            empty => empty.insert(load(detector)?),
+            empty => empty.insert(detector.probe()?),
         };
         run(probe)
     }
 }
 
-fn load(detector: &Detector) -> Result<Probe> {
-    let header = &detector.header;
-    let set = &header.statistics.config().statistics;
-    let plan = header.plan();
-    let mut probe = Probe::for_sets(&detector.model, &plan, [set], detector.computing)?;
-    probe.set_reference(&header.reference);
-    Ok(probe)
+impl Detector {
+    /// What measures windows of new logs.
+    pub(crate) fn probe(&self) -> Result<Probe> {
+        let header = &self.header;
+        let set = &header.statistics.config().statistics;
+        let plan = header.plan();
+        let mut probe = Probe::for_sets(&self.model, &plan, [set], self.computing)?;
+        probe.set_reference(&header.reference);
+        Ok(probe)
+    }
 }
 
 impl Clone for Loaded {

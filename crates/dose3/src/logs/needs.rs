@@ -42,7 +42,7 @@ impl Needs {
 
     /// Known axes are compared as they are mapped (forward-left-up where there is a forward axis);
     /// unknown ones only with logs of the same source.
-    fn accepts(&self, frame: Frame) -> bool {
+    pub(crate) fn accepts(&self, frame: Frame) -> bool {
         frame == self.frame || (self.frame != Frame::Sensor && frame != Frame::Sensor)
     }
 }

@@ -5,7 +5,7 @@
 //! combine those. The groups depend on each other, so the combined number is no p-value; it is
 //! calibrated again, as any score.
 
-use crate::density::log_sum_exp;
+use crate::density::log_sum_exp_of;
 use crate::error::Error;
 use crate::score::Score;
 use crate::special::ln_gamma;
@@ -60,10 +60,7 @@ impl Combination {
         let combined = match self {
             _ if ln_p.is_empty() => 0.0,
             Combination::Fisher => ln_chi_square_tail(-ln_p.iter().sum::<f64>(), ln_p.len()),
-            Combination::HarmonicMean => {
-                let inverse: Vec<f64> = ln_p.iter().map(|p| -p).collect();
-                groups.ln() - log_sum_exp(&inverse)
-            }
+            Combination::HarmonicMean => groups.ln() - log_sum_exp_of(ln_p.iter().map(|p| -p)),
             Combination::Joint | Combination::Maximum => {
                 groups.ln() + ln_p.iter().copied().fold(f64::INFINITY, f64::min)
             }
@@ -81,8 +78,7 @@ fn ln_chi_square_tail(half: f64, k: usize) -> f64 {
         let rest: f64 = (k..k + SERIES).map(|i| (term(i) - half).exp()).sum();
         return (-rest).ln_1p();
     }
-    let terms: Vec<f64> = (0..k).map(term).collect();
-    log_sum_exp(&terms) - half
+    log_sum_exp_of((0..k).map(term)) - half
 }
 
 /// ln(x^i) for x >= 0, with 0^0 = 1.

@@ -151,6 +151,26 @@ impl RunReference {
         &self.levels[0].eroded
     }
 
+    /// The logarithm of the chance of a run of so many windows, or of the longest known, with the tail of a
+    /// prediction beyond the 0.9 quantile; `score` is the lowest of its windows'.
+    #[must_use]
+    pub fn run_ln_p(&self, windows: usize, score: Score) -> f64 {
+        let level = self.level(windows);
+        level.eroded.predictive_ln_p(score, level.clusters)
+    }
+
+    /// Whether the trusted logs can tell of runs of so many windows.
+    #[must_use]
+    pub fn knows(&self, windows: usize) -> bool {
+        (1..=self.levels.len()).contains(&windows)
+    }
+
+    /// The median of single windows, and how far above it one in a thousand is.
+    #[must_use]
+    pub fn reach(&self) -> (f64, f64) {
+        self.levels[0].reach()
+    }
+
     /// Whether the order of the trusted windows is known.
     #[must_use]
     pub fn is_ordered(&self) -> bool {
@@ -255,9 +275,14 @@ impl RunReference {
 
 impl Level {
     fn excess(&self, score: Score) -> f64 {
+        let (median, reach) = self.reach();
+        (score.value() - median) / reach
+    }
+
+    fn reach(&self) -> (f64, f64) {
         let median = self.eroded.quantile(0.5);
         let reach = self.eroded.predictive_score(EXTREME, self.clusters) - median;
-        (score.value() - median) / reach.max(1e-9 * median.abs().max(1.0))
+        (median, reach.max(1e-9 * median.abs().max(1.0)))
     }
 }
 

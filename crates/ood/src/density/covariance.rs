@@ -146,6 +146,23 @@ impl Factor {
         }
     }
 
+    /// The squared norm of [`whiten`](Self::whiten), summed in the same order without a vector.
+    pub fn squared_distance(&self, x: &[f64]) -> f64 {
+        match &self.inverse {
+            Inverse::Diagonal(inverse) => {
+                let whitened = x.iter().zip(inverse).map(|(x, s)| x * s);
+                whitened.map(|y| y * y).sum()
+            }
+            Inverse::Lower(inverse) => (0..x.len())
+                .map(|i| {
+                    let row = inverse.row(i);
+                    let y: f64 = x[..=i].iter().zip(row).map(|(x, l)| x * l).sum();
+                    y * y
+                })
+                .sum(),
+        }
+    }
+
     /// `L^-1 x` for every row `x`.
     pub fn whiten_all(&self, rows: &Array2<f64>) -> Array2<f64> {
         match &self.inverse {
@@ -226,6 +243,10 @@ mod tests {
         assert!((factor.half_log_det - 0.5 * 8.0_f64.ln()).abs() < 1e-15);
         let w = factor.whiten(&[2.0, 3.0]);
         assert!((w[0] - 1.0).abs() < 1e-15 && (w[1] - 2.0_f64.sqrt()).abs() < 1e-15);
+        assert_eq!(
+            factor.squared_distance(&[2.0, 3.0]),
+            w.iter().map(|y| y * y).sum::<f64>()
+        );
         let all = factor.whiten_all(&array![[2.0, 3.0]]);
         assert!((all[[0, 1]] - w[1]).abs() < 1e-15);
         // The marginal of the second column, and a swap.

@@ -2,7 +2,7 @@
 
 use super::covariance::{Covariance, Factor};
 use super::standardizer::Standardizer;
-use super::{Density, expect_columns, floored, log_sum_exp};
+use super::{Density, DensityWorkspace, expect_columns, floored, log_sum_exp};
 use crate::error::{Error, expect_finite, expect_len};
 use serde::{Deserialize, Serialize};
 
@@ -98,30 +98,38 @@ impl GaussianMixture {
     }
 }
 
+impl GaussianMixture {
+    /// As [`Density::log_density`], without an allocation once `work` has been used.
+    ///
+    /// # Panics
+    /// As [`Density::log_density`].
+    pub fn log_density_with(&self, x: &[f64], work: &mut DensityWorkspace) -> f64 {
+        assert_eq!(
+            x.len(),
+            self.dimension(),
+            "entries of a vector of statistics"
+        );
+        let DensityWorkspace { z, centred, terms } = work;
+        self.standardizer.apply_into(x, z);
+        let constant = -0.5 * x.len() as f64 * std::f64::consts::TAU.ln();
+        terms.clear();
+        for (component, factor) in self.components.iter().zip(&self.factors) {
+            centred.clear();
+            centred.extend(z.iter().zip(&component.mean).map(|(z, m)| z - m));
+            let squared = factor.squared_distance(centred);
+            terms.push(component.weight.ln() + constant - factor.half_log_det - 0.5 * squared);
+        }
+        floored(log_sum_exp(terms) - self.standardizer.log_jacobian())
+    }
+}
+
 impl Density for GaussianMixture {
     fn dimension(&self) -> usize {
         self.standardizer.dimension()
     }
 
     fn log_density(&self, x: &[f64]) -> f64 {
-        assert_eq!(
-            x.len(),
-            self.dimension(),
-            "entries of a vector of statistics"
-        );
-        let z = self.standardizer.apply(x);
-        let constant = -0.5 * x.len() as f64 * std::f64::consts::TAU.ln();
-        let terms: Vec<f64> = self
-            .components
-            .iter()
-            .zip(&self.factors)
-            .map(|(component, factor)| {
-                let centred: Vec<f64> = z.iter().zip(&component.mean).map(|(z, m)| z - m).collect();
-                let squared: f64 = factor.whiten(&centred).iter().map(|y| y * y).sum();
-                component.weight.ln() + constant - factor.half_log_det - 0.5 * squared
-            })
-            .collect();
-        floored(log_sum_exp(&terms) - self.standardizer.log_jacobian())
+        self.log_density_with(x, &mut DensityWorkspace::default())
     }
 
     fn marginal(&self, columns: &[usize]) -> Result<Box<dyn Density>, Error> {

@@ -54,6 +54,14 @@ pub trait Density: Send + Sync {
     fn marginal(&self, columns: &[usize]) -> Result<Box<dyn Density>, Error>;
 }
 
+/// Buffers that a log-density is computed in; holds nothing that a result depends on.
+#[derive(Clone, Debug, Default)]
+pub struct DensityWorkspace {
+    z: Vec<f64>,
+    centred: Vec<f64>,
+    terms: Vec<f64>,
+}
+
 /// Any of the densities, as stored in a detector.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
@@ -83,9 +91,21 @@ impl DensityModel {
     /// # Errors
     /// [`Error::Shape`] and [`Error::NotFinite`].
     pub fn score(&self, x: &[f64]) -> Result<Score, Error> {
+        self.score_with(x, &mut DensityWorkspace::default())
+    }
+
+    /// As [`score`](Self::score); for a mixture without an allocation once `work` has been used.
+    ///
+    /// # Errors
+    /// As [`score`](Self::score).
+    pub fn score_with(&self, x: &[f64], work: &mut DensityWorkspace) -> Result<Score, Error> {
         expect_len("a vector of statistics", self.dimension(), x.len())?;
         expect_finite("a vector of statistics", x)?;
-        Ok(Score::from_log_density(self.log_density(x)))
+        let log_density = match self {
+            Self::Mixture(mixture) => mixture.log_density_with(x, work),
+            Self::Kernel(_) | Self::Neighbours(_) => self.log_density(x),
+        };
+        Ok(Score::from_log_density(log_density))
     }
 
     /// Scores of many vectors, in parallel.
@@ -151,11 +171,16 @@ fn expect_columns(columns: &[usize], dimension: usize) -> Result<(), Error> {
 
 /// ln(sum(exp(terms))) without overflow; minus infinity for no terms.
 pub(crate) fn log_sum_exp(terms: &[f64]) -> f64 {
-    let max = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    log_sum_exp_of(terms.iter().copied())
+}
+
+/// The same of terms that are not kept.
+pub(crate) fn log_sum_exp_of(terms: impl Iterator<Item = f64> + Clone) -> f64 {
+    let max = terms.clone().fold(f64::NEG_INFINITY, f64::max);
     if max == f64::NEG_INFINITY {
         return max;
     }
-    max + terms.iter().map(|t| (t - max).exp()).sum::<f64>().ln()
+    max + terms.map(|t| (t - max).exp()).sum::<f64>().ln()
 }
 
 /// Keeps a log-density within its range; NaN becomes the floor.

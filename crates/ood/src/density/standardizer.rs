@@ -61,10 +61,16 @@ impl Standardizer {
     /// The standardised vector.
     #[must_use]
     pub fn apply(&self, x: &[f64]) -> Vec<f64> {
+        let mut z = Vec::with_capacity(x.len());
+        self.apply_into(x, &mut z);
+        z
+    }
+
+    /// As [`apply`](Self::apply), in the place of what `out` held.
+    pub fn apply_into(&self, x: &[f64], out: &mut Vec<f64>) {
         let columns = x.iter().zip(self.mean.iter().zip(&self.scale));
-        columns
-            .map(|(x, (mean, scale))| ((x - mean) / scale).clamp(-LIMIT, LIMIT))
-            .collect()
+        out.clear();
+        out.extend(columns.map(|(x, (mean, scale))| ((x - mean) / scale).clamp(-LIMIT, LIMIT)));
     }
 
     /// The standardised table, `[rows, columns]`.

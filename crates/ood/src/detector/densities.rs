@@ -21,6 +21,7 @@ pub enum Densities {
 }
 
 /// Scores of one window before they are combined.
+#[derive(Clone, Debug, Default)]
 pub(super) struct RawScores {
     pub joint: Option<Score>,
     pub groups: Vec<Score>,
@@ -153,21 +154,33 @@ impl RawScores {
         tests: &[Range<usize>],
         references: &[Reference],
     ) -> Vec<Score> {
+        let (mut ln_p, mut scores) = (Vec::new(), Vec::new());
+        self.combine_into(combination, tests, references, &mut ln_p, &mut scores);
+        scores
+    }
+
+    /// As [`combine`](Self::combine), in the place of what `scores` held; `ln_p` is scratch.
+    pub fn combine_into(
+        &self,
+        combination: Combination,
+        tests: &[Range<usize>],
+        references: &[Reference],
+        ln_p: &mut Vec<f64>,
+        scores: &mut Vec<Score>,
+    ) {
+        scores.clear();
         if let Some(joint) = self.joint {
-            return vec![joint];
+            return scores.push(joint);
         }
-        let ln_p: Vec<f64> = self
-            .groups
-            .iter()
-            .zip(references)
-            .map(|(&score, reference)| reference.ln_p(score))
-            .collect();
+        let compared = self.groups.iter().zip(references);
+        ln_p.clear();
+        ln_p.extend(compared.map(|(&score, reference)| reference.ln_p(score)));
         // A test of one group needs no common measure: its density's own score tells windows apart best.
         let score = |test: &Range<usize>| match test.len() {
             1 => self.groups[test.start],
             _ => combination.score(&ln_p[test.clone()]),
         };
-        tests.iter().map(score).collect()
+        scores.extend(tests.iter().map(score));
     }
 }
 

@@ -9,6 +9,7 @@ mod densities;
 mod held_out;
 mod place;
 mod scored;
+mod single;
 mod test;
 mod verdict;
 
@@ -19,6 +20,7 @@ pub use config::DetectorConfig;
 pub use contribution::Contribution;
 pub use densities::Densities;
 pub use place::Place;
+pub use single::{SingleScores, SingleWorkspace};
 pub use test::{Evidence, ExternalTest, TestVerdict};
 pub use verdict::LogVerdict;
 
@@ -120,6 +122,12 @@ impl DetectorStatistics {
     #[must_use]
     pub fn densities(&self) -> &Densities {
         &self.densities
+    }
+
+    /// Trusted runs of windows of each test.
+    #[must_use]
+    pub(crate) fn runs(&self) -> &[RunReference] {
+        &self.runs
     }
 
     /// The held-out trusted scores and what follows from them.

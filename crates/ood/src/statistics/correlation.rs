@@ -13,8 +13,8 @@
 //! Pairs were chosen on validation logs: all 15 pairs of axes, of their differences, or both, call more sound logs and
 //! fewer faulty ones.
 
-use super::twist::{Twist, halfway};
-use super::{AXES, Column};
+use super::twist::{Twist, halfway_into};
+use super::{AXES, Column, Workspace};
 use crate::error::Error;
 
 /// Largest lag, poses.
@@ -80,14 +80,16 @@ impl Series {
     }
 
     /// Less its mean.
-    fn values(self, twists: &[Twist], differenced: bool) -> Vec<f64> {
-        let mut values: Vec<f64> = twists.iter().map(|t| self.of(t)).collect();
+    fn values(self, twists: &[Twist], differenced: bool, out: &mut Vec<f64>) {
+        out.clear();
         if differenced {
-            values = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let pairs = twists.windows(2);
+            out.extend(pairs.map(|pair| self.of(&pair[1]) - self.of(&pair[0])));
+        } else {
+            out.extend(twists.iter().map(|t| self.of(t)));
         }
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        values.iter_mut().for_each(|x| *x -= mean);
-        values
+        let mean = out.iter().sum::<f64>() / out.len() as f64;
+        out.iter_mut().for_each(|x| *x -= mean);
     }
 }
 
@@ -109,8 +111,18 @@ pub(super) fn columns() -> Vec<Column> {
     columns
 }
 
-pub(super) fn values(increments: &[f64], out: &mut Vec<f64>) -> Result<(), Error> {
-    let twists = halfway(increments)?;
+pub(super) fn values(
+    increments: &[f64],
+    work: &mut Workspace,
+    out: &mut Vec<f64>,
+) -> Result<(), Error> {
+    let Workspace {
+        twists,
+        first: x,
+        second: y,
+        ..
+    } = work;
+    halfway_into(increments, twists)?;
     if twists.len() < FEWEST {
         return Err(Error::TooFew {
             what: "body-frame increments",
@@ -120,12 +132,9 @@ pub(super) fn values(increments: &[f64], out: &mut Vec<f64>) -> Result<(), Error
         });
     }
     for (first, second, differenced) in PAIRS {
-        let correlation = cross_correlation(
-            &first.values(&twists, differenced),
-            &second.values(&twists, differenced),
-            first.floor(),
-            second.floor(),
-        );
+        first.values(twists, differenced, x);
+        second.values(twists, differenced, y);
+        let correlation = cross_correlation(x, y, first.floor(), second.floor());
         out.push(correlation[REACH].clamp(-STRONGEST, STRONGEST).atanh());
         out.push(weighted_lag(&correlation));
     }
@@ -189,7 +198,7 @@ mod tests {
 
     fn row(increments: &[f64]) -> Vec<f64> {
         let mut out = Vec::new();
-        values(increments, &mut out).unwrap();
+        values(increments, &mut Workspace::default(), &mut out).unwrap();
         out
     }
 
@@ -225,10 +234,11 @@ mod tests {
             .map(|i| 1e300 * (i as f64).sin())
             .collect();
         assert!(row(&wild).iter().all(|x| x.is_finite()));
-        let mut out = Vec::new();
-        assert!(values(&[0.0; 11 * CHANNELS], &mut out).is_err());
-        assert!(values(&[0.0; 12 * CHANNELS], &mut out).is_ok());
-        assert!(values(&[f64::NAN; 20 * CHANNELS], &mut out).is_err());
+        let of =
+            |increments: &[f64]| values(increments, &mut Workspace::default(), &mut Vec::new());
+        assert!(of(&[0.0; 11 * CHANNELS]).is_err());
+        assert!(of(&[0.0; 12 * CHANNELS]).is_ok());
+        assert!(of(&[f64::NAN; 20 * CHANNELS]).is_err());
     }
 
     #[test]

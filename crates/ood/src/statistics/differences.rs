@@ -5,8 +5,8 @@
 //! shows, as means and maxima of [`kinematic`](super::kinematic) are; the maximum is kept for faults
 //! of a single step.
 
-use super::kinematic::{axes, differences};
-use super::{AXES, Column, quantile_sorted};
+use super::kinematic::{differences, expect_steps, of_axis};
+use super::{AXES, CHANNELS, Column, Workspace, quantile_sorted};
 use crate::error::Error;
 
 /// A difference (metres or radians per pose and pose) below this counts as this under a logarithm.
@@ -28,14 +28,26 @@ pub(super) fn columns() -> Vec<Column> {
     columns
 }
 
-pub(super) fn values(increments: &[f64], out: &mut Vec<f64>) -> Result<(), Error> {
-    for rate in axes(increments, 3, "second differences need three increments")? {
-        let first = differences(&rate);
-        let second = differences(&first);
-        for mut series in [first, second] {
+pub(super) fn values(
+    increments: &[f64],
+    work: &mut Workspace,
+    out: &mut Vec<f64>,
+) -> Result<(), Error> {
+    expect_steps(increments, 3, "second differences need three increments")?;
+    let Workspace {
+        series,
+        first,
+        second,
+        ..
+    } = work;
+    for axis in 0..CHANNELS {
+        of_axis(increments, axis, series);
+        differences(series, first);
+        differences(first, second);
+        for series in [&mut *first, &mut *second] {
             series.iter_mut().for_each(|x| *x = x.abs());
-            series.sort_by(f64::total_cmp);
-            let log = |(q, _)| quantile_sorted(&series, q).max(FLOOR).ln();
+            series.sort_unstable_by(f64::total_cmp);
+            let log = |(q, _)| quantile_sorted(series, q).max(FLOOR).ln();
             out.extend(QUANTILES.map(log));
         }
     }
@@ -44,7 +56,6 @@ pub(super) fn values(increments: &[f64], out: &mut Vec<f64>) -> Result<(), Error
 
 #[cfg(test)]
 mod tests {
-    use super::super::CHANNELS;
     use super::*;
 
     #[test]
@@ -55,8 +66,8 @@ mod tests {
             .iter()
             .flat_map(|&x| [x, 0., 0., 0., 0., 0.])
             .collect();
-        let mut out = Vec::new();
-        values(&increments, &mut out).unwrap();
+        let (mut work, mut out) = (Workspace::default(), Vec::new());
+        values(&increments, &mut work, &mut out).unwrap();
         assert_eq!(out.len(), columns().len());
         assert_eq!(out[0], 2.0_f64.ln());
         assert_eq!(out[2], 2.0_f64.ln());
@@ -64,8 +75,8 @@ mod tests {
         assert_eq!(out[5], 4.0_f64.ln());
         // An axis that never moves is the floor, not minus infinity.
         assert!(out[6..].iter().all(|&x| x == FLOOR.ln()));
-        assert!(values(&increments[..12], &mut out).is_err());
-        assert!(values(&increments[..13], &mut out).is_err());
+        assert!(values(&increments[..12], &mut work, &mut out).is_err());
+        assert!(values(&increments[..13], &mut work, &mut out).is_err());
     }
 
     #[test]
@@ -73,6 +84,9 @@ mod tests {
         let mut increments: Vec<f64> = (0..60)
             .flat_map(|i| [1.0 + 0.01 * f64::from(i % 2), 0., 0., 0., 0., 0.])
             .collect();
+        let values = |increments: &[f64], out: &mut Vec<f64>| {
+            super::values(increments, &mut Workspace::default(), out)
+        };
         let (mut sound, mut jumped) = (Vec::new(), Vec::new());
         values(&increments, &mut sound).unwrap();
         increments[30 * CHANNELS] += 5.0;

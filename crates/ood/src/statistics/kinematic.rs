@@ -3,7 +3,7 @@
 //! baseline on faults; whatever is shipped must be better.
 
 use super::trace::CHANNELS;
-use super::{AXES, Column};
+use super::{AXES, Column, Workspace};
 use crate::error::{Error, expect_len};
 
 /// An increment (metres or radians per pose) below this counts as this under a logarithm: below a
@@ -26,10 +26,17 @@ pub(super) fn columns() -> Vec<Column> {
     columns
 }
 
-pub(super) fn values(increments: &[f64], out: &mut Vec<f64>) -> Result<(), Error> {
-    for rate in axes(increments, 2, "differences need two increments")? {
-        let change = differences(&rate);
-        for series in [rate, change] {
+pub(super) fn values(
+    increments: &[f64],
+    work: &mut Workspace,
+    out: &mut Vec<f64>,
+) -> Result<(), Error> {
+    expect_steps(increments, 2, "differences need two increments")?;
+    let Workspace { series, first, .. } = work;
+    for axis in 0..CHANNELS {
+        of_axis(increments, axis, series);
+        differences(series, first);
+        for series in [&*series, &*first] {
             let count = series.len() as f64;
             let mean_square = series.iter().map(|x| x * x).sum::<f64>() / count;
             let max = series.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -41,12 +48,12 @@ pub(super) fn values(increments: &[f64], out: &mut Vec<f64>) -> Result<(), Error
     Ok(())
 }
 
-/// The increments of each axis; an error for fewer than `needed`.
-pub(super) fn axes(
+/// An error for fewer than `needed` increments.
+pub(super) fn expect_steps(
     increments: &[f64],
     needed: usize,
     hint: &'static str,
-) -> Result<Vec<Vec<f64>>, Error> {
+) -> Result<(), Error> {
     let length = increments.len() / CHANNELS;
     expect_len("body-frame increments", length * CHANNELS, increments.len())?;
     if length < needed {
@@ -57,13 +64,19 @@ pub(super) fn axes(
             hint,
         });
     }
-    let of = |axis| increments.iter().skip(axis).step_by(CHANNELS).copied();
-    Ok((0..CHANNELS).map(|axis| of(axis).collect()).collect())
+    Ok(())
+}
+
+/// The increments of one axis.
+pub(super) fn of_axis(increments: &[f64], axis: usize, out: &mut Vec<f64>) {
+    out.clear();
+    out.extend(increments.iter().skip(axis).step_by(CHANNELS));
 }
 
 /// From one element of a series to the next.
-pub(super) fn differences(series: &[f64]) -> Vec<f64> {
-    series.windows(2).map(|w| w[1] - w[0]).collect()
+pub(super) fn differences(series: &[f64], out: &mut Vec<f64>) {
+    out.clear();
+    out.extend(series.windows(2).map(|w| w[1] - w[0]));
 }
 
 #[cfg(test)]
@@ -74,8 +87,8 @@ mod tests {
     fn a_steady_drive_by_hand() {
         // 1 m forward per pose, then 2 m; turning left by 0.1 rad per pose.
         let increments = [1.0, 0., 0., 0., 0., 0.1, 2.0, 0., 0., 0., 0., 0.1];
-        let mut out = Vec::new();
-        values(&increments, &mut out).unwrap();
+        let (mut work, mut out) = (Workspace::default(), Vec::new());
+        values(&increments, &mut work, &mut out).unwrap();
         assert_eq!(out.len(), columns().len());
         assert_eq!(out[0], 1.5);
         assert_eq!(out[1], 2.5_f64.ln());
@@ -86,7 +99,7 @@ mod tests {
         assert_eq!(out[8], FLOOR.ln());
         assert!((out[30] - 0.1).abs() < 1e-15);
         assert!((out[35] - FLOOR.ln()).abs() < 1e-12);
-        assert!(values(&increments[..6], &mut out).is_err());
-        assert!(values(&increments[..7], &mut out).is_err());
+        assert!(values(&increments[..6], &mut work, &mut out).is_err());
+        assert!(values(&increments[..7], &mut work, &mut out).is_err());
     }
 }

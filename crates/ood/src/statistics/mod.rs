@@ -38,6 +38,7 @@ mod set;
 mod statistic;
 mod trace;
 pub(crate) mod twist;
+mod workspace;
 
 pub use bands::BANDS;
 pub use linear::{Deviation, LinearPredictor, LinearReference, Regressors};
@@ -46,6 +47,7 @@ pub use quantile::quantile_sorted;
 pub use set::{Group, Sample, StatisticsSet};
 pub use statistic::Statistic;
 pub use trace::{Accumulator, CHANNELS, StepMoments, Trace, TraceSummary};
+pub use workspace::Workspace;
 
 /// Names of the six channels, in the order of the last axis of `eps_hat`.
 pub const AXES: [&str; CHANNELS] = [

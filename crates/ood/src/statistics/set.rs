@@ -1,7 +1,7 @@
 //! Sets of statistics: unions of named members.
 
 use super::statistic::{Source, Statistic};
-use super::{LinearPredictor, PoseWindow, Trace, TraceSummary};
+use super::{LinearPredictor, PoseWindow, Trace, TraceSummary, Workspace};
 use crate::error::{Error, expect_finite};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -258,11 +258,26 @@ impl StatisticsSet {
     /// a result is NaN or infinite.
     pub fn evaluate(&self, sample: &Sample<'_>) -> Result<Vec<f64>, Error> {
         let mut values = Vec::with_capacity(self.dimension());
-        for member in &self.members {
-            member.values(sample, &mut values)?;
-        }
-        expect_finite("a vector of statistics", &values)?;
+        self.evaluate_into(sample, &mut Workspace::default(), &mut values)?;
         Ok(values)
+    }
+
+    /// As [`evaluate`](Self::evaluate), in the place of what `out` held. Statistics of increments allocate nothing
+    /// once workspace and row have been used for a window as long.
+    ///
+    /// # Errors
+    /// As [`evaluate`](Self::evaluate).
+    pub fn evaluate_into(
+        &self,
+        sample: &Sample<'_>,
+        work: &mut Workspace,
+        out: &mut Vec<f64>,
+    ) -> Result<(), Error> {
+        out.clear();
+        for member in &self.members {
+            member.values(sample, work, out)?;
+        }
+        expect_finite("a vector of statistics", &*out)
     }
 
     /// [`evaluate`](Self::evaluate) for one stored trace.

@@ -1,8 +1,8 @@
 //! The named members of a set.
 
 use super::{
-    Column, Sample, TraceSummary, bands, correlation, differences, kinematic, linear, moments,
-    paper, path,
+    Column, Sample, TraceSummary, Workspace, bands, correlation, differences, kinematic, linear,
+    moments, paper, path,
 };
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -124,7 +124,12 @@ impl Statistic {
     }
 
     /// Appends the values, one per column. Several draws are averaged.
-    pub(super) fn values(self, sample: &Sample<'_>, out: &mut Vec<f64>) -> Result<(), Error> {
+    pub(super) fn values(
+        self,
+        sample: &Sample<'_>,
+        work: &mut Workspace,
+        out: &mut Vec<f64>,
+    ) -> Result<(), Error> {
         match self.source() {
             Source::Trace => self.average_of_traces(sample.traces, out),
             Source::Poses => {
@@ -140,16 +145,16 @@ impl Statistic {
                     input: "body-frame increments",
                 })?;
                 match self {
-                    Statistic::Differences => differences::values(increments, out),
-                    Statistic::Cc => correlation::values(increments, out),
+                    Statistic::Differences => differences::values(increments, work, out),
+                    Statistic::Cc => correlation::values(increments, work, out),
                     Statistic::Lin => {
                         let predictor = sample.linear.ok_or(Error::MissingInput {
                             statistic: self,
                             input: "a linear predictor fitted to trusted logs",
                         })?;
-                        linear::values(predictor, increments, out)
+                        linear::values(predictor, increments, work, out)
                     }
-                    _ => kinematic::values(increments, out),
+                    _ => kinematic::values(increments, work, out),
                 }
             }
         }

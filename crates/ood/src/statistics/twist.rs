@@ -19,10 +19,19 @@ const LARGEST: f64 = 1e100;
 /// # Errors
 /// [`Error::Shape`] where they are no multiple of six numbers, [`Error::NotFinite`].
 pub(crate) fn halfway(increments: &[f64]) -> Result<Vec<Twist>, Error> {
+    let mut twists = Vec::new();
+    halfway_into(increments, &mut twists)?;
+    Ok(twists)
+}
+
+/// As [`halfway`], in the place of what `out` held.
+pub(super) fn halfway_into(increments: &[f64], out: &mut Vec<Twist>) -> Result<(), Error> {
+    out.clear();
     let length = increments.len() / CHANNELS;
     expect_len("body-frame increments", length * CHANNELS, increments.len())?;
     expect_finite("body-frame increments", increments)?;
-    Ok(increments.chunks_exact(CHANNELS).map(twist).collect())
+    out.extend(increments.chunks_exact(CHANNELS).map(twist));
+    Ok(())
 }
 
 fn twist(step: &[f64]) -> Twist {

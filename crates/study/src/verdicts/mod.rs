@@ -2,14 +2,14 @@
 //! few trusted logs (`benchmark --faults --only ...`), and real failures (`benchmark --real`).
 
 mod contender;
-mod defects;
-mod fold;
+pub(crate) mod defects;
+pub(crate) mod fold;
 mod forest;
 mod judge;
 mod nearest;
 mod parts;
-mod pieces;
-mod real;
+pub(crate) mod pieces;
+pub(crate) mod real;
 mod render;
 mod run;
 mod table;
@@ -41,7 +41,7 @@ pub struct VerdictOptions {
 
 /// Everything that was measured.
 #[derive(Default, Serialize)]
-struct Record {
+pub(crate) struct Record {
     /// Where the numbers come from.
     provenance: Provenance,
     /// No real data.

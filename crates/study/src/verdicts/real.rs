@@ -76,7 +76,7 @@ struct Subject {
 }
 
 /// The recording of a log of `vio`, whoever estimated it: parts of one recording share it.
-fn recording(name: &str) -> String {
+pub(crate) fn recording(name: &str) -> String {
     let letters = name
         .to_lowercase()
         .replace("uzh-", "")
@@ -109,7 +109,7 @@ fn named(path: &Path, mut log: Trajectory) -> Result<Trajectory> {
 
 /// Reads the text files of a folder, brought to the rate. Logs shorter than a window or slower than the rate cannot be
 /// judged; they are added to `left`.
-fn read(
+pub(crate) fn read(
     folder: &Path,
     hertz: f64,
     poses: usize,
@@ -417,7 +417,7 @@ pub fn cells(judgements: &[Judgement], bootstrap: Bootstrap) -> Result<Vec<RealC
     Ok(cells)
 }
 
-fn numbers(names: &[String]) -> Vec<usize> {
+pub(crate) fn numbers(names: &[String]) -> Vec<usize> {
     let mut known: Vec<&String> = Vec::new();
     names
         .iter()

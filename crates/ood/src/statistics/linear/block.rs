@@ -2,7 +2,7 @@
 
 use super::{CHANNELS, LAGS, LinearPredictor, REACH};
 use crate::error::Error;
-use crate::statistics::{AXES, Column, quantile_sorted};
+use crate::statistics::{AXES, Column, Workspace, quantile_sorted};
 
 /// A residual (metres or radians per pose) below this counts as this under a logarithm.
 const FLOOR: f64 = 1e-5;
@@ -27,9 +27,15 @@ pub(in crate::statistics) fn columns() -> Vec<Column> {
 pub(in crate::statistics) fn values(
     predictor: &LinearPredictor,
     increments: &[f64],
+    work: &mut Workspace,
     out: &mut Vec<f64>,
 ) -> Result<(), Error> {
-    let residuals = predictor.residuals(increments)?;
+    predictor.residuals_into(increments, work)?;
+    let Workspace {
+        residuals,
+        series: sizes,
+        ..
+    } = work;
     if residuals.len() < LAGS {
         return Err(Error::TooFew {
             what: "body-frame increments",
@@ -41,9 +47,10 @@ pub(in crate::statistics) fn values(
     let inner = &residuals[REACH..residuals.len() - REACH];
     for axis in 0..CHANNELS {
         for regressors in 0..2 {
-            let mut sizes: Vec<f64> = inner.iter().map(|r| r[regressors][axis].abs()).collect();
-            sizes.sort_by(f64::total_cmp);
-            let log = |(q, _)| quantile_sorted(&sizes, q).max(FLOOR).ln();
+            sizes.clear();
+            sizes.extend(inner.iter().map(|r| r[regressors][axis].abs()));
+            sizes.sort_unstable_by(f64::total_cmp);
+            let log = |(q, _)| quantile_sorted(sizes, q).max(FLOOR).ln();
             out.extend(QUANTILES.map(log));
         }
     }

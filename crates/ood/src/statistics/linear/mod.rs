@@ -21,12 +21,14 @@ mod reference;
 pub(super) use block::{columns, values};
 pub use reference::LinearReference;
 
+use super::Workspace;
 use super::trace::CHANNELS;
-use super::twist::{Twist, halfway};
+use super::twist::{Twist, halfway, halfway_into};
 use crate::error::{Error, expect_finite, expect_len};
 use crate::statistics::quantile_sorted;
 use normal::{ENTRIES, Sums, entries};
 use serde::{Deserialize, Serialize};
+use std::sync::LazyLock;
 
 /// Steps before and after that a step is predicted from.
 const REACH: usize = 3;
@@ -41,8 +43,17 @@ const CLIP: f64 = 8.0;
 /// An axis that hardly moves in the trusted logs (metres or radians per pose) is scaled by this.
 const SCALE_FLOOR: f64 = 1e-5;
 
-type Channels = [f64; CHANNELS_IN];
+pub(super) type Channels = [f64; CHANNELS_IN];
+/// By what it was predicted from and axis.
+pub(super) type Residual = [[f64; CHANNELS]; 2];
 type Features = Vec<usize>;
+
+/// What every model is regressed on: axis by axis, in the order of [`Regressors::ALL`].
+static FEATURES: LazyLock<Vec<Features>> = LazyLock::new(|| {
+    (0..CHANNELS)
+        .flat_map(|axis| Regressors::ALL.map(|r| r.features(axis)))
+        .collect()
+});
 
 /// What an axis is predicted from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -149,17 +160,24 @@ impl LinearPredictor {
     /// # Errors
     /// [`Error::Shape`], [`Error::NotFinite`].
     pub fn residuals(&self, increments: &[f64]) -> Result<Vec<[[f64; CHANNELS]; 2]>, Error> {
-        let series = scaled(&halfway(increments)?, &self.scale);
-        Ok(self
-            .predictions(&series)
-            .zip(&series)
-            .map(|(predicted, measured)| {
-                let left = |r: usize, axis: usize| {
-                    (measured[axis] - predicted[r][axis]) * self.scale[axis]
-                };
-                [0, 1].map(|r| std::array::from_fn(|axis| left(r, axis)))
-            })
-            .collect())
+        let mut work = Workspace::default();
+        self.residuals_into(increments, &mut work)?;
+        Ok(work.residuals)
+    }
+
+    /// As [`Self::residuals`], into the workspace.
+    fn residuals_into(&self, increments: &[f64], work: &mut Workspace) -> Result<(), Error> {
+        halfway_into(increments, &mut work.twists)?;
+        scaled_into(&work.twists, &self.scale, &mut work.channels);
+        let series = &work.channels;
+        work.residuals.clear();
+        let steps = self.predictions(series).zip(series);
+        work.residuals.extend(steps.map(|(predicted, measured)| {
+            let left =
+                |r: usize, axis: usize| (measured[axis] - predicted[r][axis]) * self.scale[axis];
+            [0, 1].map(|r| std::array::from_fn(|axis| left(r, axis)))
+        }));
+        Ok(())
     }
 
     /// For every increment of `[n, 6]` the axis that is farthest from its prediction by the others and its own
@@ -195,13 +213,8 @@ impl LinearPredictor {
     }
 
     /// Scaled predictions of every element.
-    fn predictions<'a>(
-        &'a self,
-        series: &'a [Channels],
-    ) -> impl Iterator<Item = [[f64; CHANNELS]; 2]> + 'a {
-        let features: Vec<Features> = (0..CHANNELS)
-            .flat_map(|axis| Regressors::ALL.map(|r| r.features(axis)))
-            .collect();
+    fn predictions<'a>(&'a self, series: &'a [Channels]) -> impl Iterator<Item = Residual> + 'a {
+        let features = &*FEATURES;
         (0..series.len()).map(move |t| {
             let row = entries(series, t);
             let predict = |model: &Model, features: &Features| {
@@ -270,6 +283,12 @@ impl From<LinearPredictor> for Stored {
 
 /// Scaled and clipped axes, and their product.
 fn scaled(twists: &[Twist], scale: &[f64]) -> Vec<Channels> {
+    let mut channels = Vec::new();
+    scaled_into(twists, scale, &mut channels);
+    channels
+}
+
+fn scaled_into(twists: &[Twist], scale: &[f64], out: &mut Vec<Channels>) {
     let clipped = |x: f64| x.clamp(-CLIP, CLIP);
     let of = |twist: &Twist| {
         let mut channels = [0.0; CHANNELS_IN];
@@ -279,7 +298,8 @@ fn scaled(twists: &[Twist], scale: &[f64]) -> Vec<Channels> {
         channels[PRODUCT] = clipped(channels[0] * channels[CHANNELS - 1] / scale[PRODUCT]);
         channels
     };
-    twists.iter().map(of).collect()
+    out.clear();
+    out.extend(twists.iter().map(of));
 }
 
 /// Root mean square of `values`, those beyond the .995 quantile of their size taken as that.

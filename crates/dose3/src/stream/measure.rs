@@ -1,0 +1,78 @@
+//! One window: from steps of motion to scores.
+
+use super::Monitor;
+use super::ring::Ring;
+use crate::error::{Error, Result};
+use dose3_datasets::{Format, Frame, Trajectory, Window};
+use dose3_ood::detector::{SingleScores, SingleWorkspace};
+use dose3_ood::{DetectorStatistics, Sample, Workspace};
+use std::sync::PoisonError;
+
+/// Buffers of one measurement.
+#[derive(Clone, Debug)]
+pub(super) struct Work {
+    statistics: Workspace,
+    row: Vec<f64>,
+    single: SingleWorkspace,
+}
+
+impl Work {
+    pub fn new(statistics: &DetectorStatistics) -> Result<Self> {
+        Ok(Self {
+            statistics: Workspace::default(),
+            row: Vec::new(),
+            single: statistics.single_workspace()?,
+        })
+    }
+
+    /// Scores of the last window; none where a statistic is not finite.
+    pub fn measure(
+        &mut self,
+        monitor: &Monitor,
+        ring: &Ring,
+        frame: Frame,
+    ) -> Result<Option<SingleScores<'_>>> {
+        let measured = match &monitor.probe {
+            None => self.of_steps(monitor, ring.steps()),
+            Some(_) => self.of_poses(monitor, ring, frame),
+        };
+        match measured {
+            Ok(()) => {}
+            Err(Error::Statistics(dose3_ood::Error::NotFinite { .. })) => return Ok(None),
+            Err(error) => return Err(error),
+        }
+        let statistics = &monitor.header.statistics;
+        Ok(Some(statistics.score_window(&self.row, &mut self.single)?))
+    }
+
+    fn of_steps(&mut self, monitor: &Monitor, steps: &[f64]) -> Result<()> {
+        let sample = Sample {
+            increments: Some(steps),
+            linear: monitor.header.reference.linear.as_ref(),
+            ..Sample::default()
+        };
+        let set = &monitor.header.statistics.config().statistics;
+        Ok(set.evaluate_into(&sample, &mut self.statistics, &mut self.row)?)
+    }
+
+    fn of_poses(&mut self, monitor: &Monitor, ring: &Ring, frame: Frame) -> Result<()> {
+        let Some(probe) = &monitor.probe else {
+            return Ok(());
+        };
+        let poses: Vec<_> = ring.window_poses().collect();
+        let window = Window {
+            trajectory: 0,
+            start: 0,
+            length: poses.len(),
+        };
+        let stamps = ring.stamps().to_vec();
+        let log = Trajectory::new("stream", Format::Memory, frame, stamps, poses);
+        let set = &monitor.header.statistics.config().statistics;
+        // A probe holds no half-written state.
+        let mut probe = probe.lock().unwrap_or_else(PoisonError::into_inner);
+        probe.measure(std::slice::from_ref(&log), &[window], |measured| {
+            self.row = measured.row(set)?;
+            Ok::<(), Error>(())
+        })
+    }
+}

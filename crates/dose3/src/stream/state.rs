@@ -1,0 +1,99 @@
+//! What is kept of a stream when its program ends.
+
+use super::alarm::Lifecycle;
+use super::intake::Intake;
+use super::ring::Ring;
+use super::sampler::Sampler;
+use super::{Monitor, Stream};
+use crate::error::{Error, Result};
+use dose3_datasets::Frame;
+use dose3_lie::{Matrix, Pose, Rotation, Vector};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Version of [`StreamState`] that this build writes and reads.
+const VERSION: u32 = 1;
+
+/// A stream as it stands, to go on from: what follows is the same to the last bit as if it had never been put away. It
+/// belongs to one detector and one set of options.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StreamState {
+    version: u32,
+    /// Of detector and options.
+    monitor: String,
+    frame: Frame,
+    windows: u64,
+    intake: Intake,
+    sampler: Sampler,
+    ring: Ring,
+    alarm: Lifecycle,
+}
+
+/// A pose in numbers: the rotation's columns, then the translation. Unlike a [`Pose`] it is read back as it was, not
+/// brought to the nearest rotation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub(super) struct Flat([f64; 12]);
+
+impl From<&Pose> for Flat {
+    fn from(pose: &Pose) -> Self {
+        let mut numbers = [0.0; 12];
+        numbers[..9].copy_from_slice(pose.rotation.matrix().as_slice());
+        numbers[9..].copy_from_slice(pose.translation.as_slice());
+        Self(numbers)
+    }
+}
+
+impl Flat {
+    pub fn pose(&self) -> Pose {
+        let matrix = Matrix::from_column_slice(&self.0[..9]);
+        Pose::new(
+            Rotation::from_matrix_unchecked(matrix),
+            Vector::from_column_slice(&self.0[9..]),
+        )
+    }
+}
+
+impl Stream {
+    /// What there is to keep.
+    #[must_use]
+    pub fn state(&self) -> StreamState {
+        StreamState {
+            version: VERSION,
+            monitor: self.monitor.fingerprint().to_owned(),
+            frame: self.frame,
+            windows: self.windows,
+            intake: self.intake.clone(),
+            sampler: self.sampler.clone(),
+            ring: self.ring.clone(),
+            alarm: self.alarm.clone(),
+        }
+    }
+}
+
+impl Monitor {
+    /// Goes on with a stream that was put away.
+    ///
+    /// # Errors
+    /// A state of another detector, of other options or of another version; one whose parts do not belong together.
+    pub fn resume(self: &Arc<Self>, state: StreamState) -> Result<Stream> {
+        let wrong = |reason: &str| Err(Error::unsound("state of a stream", reason.to_owned()));
+        if state.version != VERSION {
+            return wrong("it is of another version");
+        }
+        if state.monitor != self.fingerprint() {
+            return wrong("it belongs to another detector or to other options");
+        }
+        let mut stream = self.stream(state.frame)?;
+        if !state.ring.fits(self.poses(), self.keeps_poses()) || !state.alarm.fits(self) {
+            return wrong("its parts do not belong together");
+        }
+        stream.windows = state.windows;
+        stream.intake = state.intake;
+        stream.sampler = state.sampler;
+        stream.ring = state.ring;
+        stream.alarm = state.alarm;
+        Ok(stream)
+    }
+}

@@ -1,0 +1,329 @@
+//! Streams say what verdicts say, to the last bit, and survive what robots send.
+
+use dose3::stream::{AlarmKind, EventKind, Monitor, Said, Stream, StreamOptions, StreamState};
+use dose3::{Detector, FitOptions, Frame, Pose, Trajectory};
+use dose3_datasets::faults::Fault;
+use dose3_datasets::synthetic::{Platform, suite, trajectory};
+use std::sync::{Arc, OnceLock};
+
+fn fit(statistics: &str) -> Detector {
+    let options = FitOptions {
+        statistics: Some(statistics.parse().unwrap()),
+        density: "mixture:2".parse().unwrap(),
+        steps: Some(6),
+        ..FitOptions::default()
+    };
+    let trusted = suite(Platform::Vehicle, 5, 1);
+    Detector::builder().options(options).fit(&trusted).unwrap()
+}
+
+fn default_detector() -> &'static Detector {
+    static DETECTOR: OnceLock<Detector> = OnceLock::new();
+    DETECTOR.get_or_init(|| fit("kinematic,differences,lin/cc"))
+}
+
+fn monitor() -> Arc<Monitor> {
+    default_detector()
+        .monitor(&StreamOptions::default())
+        .unwrap()
+}
+
+fn all_said(stream: &mut Stream, log: &Trajectory) -> Vec<Said> {
+    let mut all = Vec::new();
+    for (stamp, pose) in log.stamps.iter().zip(&log.poses) {
+        all.extend_from_slice(stream.push(*stamp, *pose).unwrap());
+    }
+    all.extend_from_slice(stream.finish().unwrap());
+    all
+}
+
+fn events(said: &[Said]) -> Vec<&EventKind> {
+    let event = |said: &'_ Said| matches!(said, Said::Event(_));
+    let kinds = said.iter().filter(|s| event(s));
+    kinds
+        .map(|said| match said {
+            Said::Event(event) => &event.kind,
+            other => panic!("{other:?}"),
+        })
+        .collect()
+}
+
+fn alarms(said: &[Said]) -> Vec<AlarmKind> {
+    said.iter()
+        .filter_map(|said| match said {
+            Said::Alarm(alarm) => Some(alarm.alarm),
+            _ => None,
+        })
+        .collect()
+}
+
+/// The windows that a verdict would cut have the verdict's numbers.
+fn says_what_a_verdict_says(detector: &Detector, log: &Trajectory) -> usize {
+    let report = detector.judge(log).unwrap();
+    let mut stream = detector
+        .stream(log.frame, &StreamOptions::default())
+        .unwrap();
+    let said = all_said(&mut stream, log);
+    let windows: Vec<_> = said
+        .iter()
+        .filter_map(|said| match said {
+            Said::Window(window) if window.in_verdict => Some(window),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(windows.len(), report.windows.len(), "{}", log.name);
+    for (live, offline) in windows.iter().zip(&report.windows) {
+        let bits = |a: f64, b: f64| assert_eq!(a.to_bits(), b.to_bits(), "{}", log.name);
+        bits(live.score.value(), offline.score.value());
+        bits(live.p_value, offline.p_value);
+        assert_eq!(live.beyond, offline.beyond);
+        assert_eq!(live.first_stamp_ns, offline.first_stamp_ns);
+        assert_eq!(live.last_stamp_ns, offline.last_stamp_ns);
+    }
+    windows.len()
+}
+
+#[test]
+fn windows_have_the_numbers_of_a_verdict_at_any_rate_and_with_gaps() {
+    let detector = default_detector();
+    for hertz in [10.0, 20.0, 33.0, 100.0] {
+        let drive = trajectory(Platform::Vehicle, 20, (60.0 * hertz) as usize, hertz);
+        assert!(says_what_a_verdict_says(detector, &drive) >= 14);
+    }
+    // Lost poses, a pause, and stamps that waver.
+    let mut log = trajectory(Platform::Vehicle, 21, 1800, 20.0);
+    let keep = |i: usize| i % 7 != 3 && !(800..830).contains(&i);
+    let kept: Vec<usize> = (0..log.len()).filter(|i| keep(*i)).collect();
+    let wavering = |i: usize| log.stamps[i] + (i as i64 * 7919 % 9001) * 1000;
+    log = Trajectory::from_poses(
+        "gaps",
+        log.frame,
+        kept.iter().map(|&i| wavering(i)).collect::<Vec<_>>(),
+        kept.iter().map(|&i| log.poses[i]),
+    )
+    .unwrap();
+    assert!(says_what_a_verdict_says(detector, &log) > 15);
+}
+
+#[test]
+fn networks_and_the_paper_s_windows_say_what_verdicts_say() {
+    let drive = trajectory(Platform::Vehicle, 22, 500, 20.0);
+    for statistics in ["kinematic,residual", "kinematic+differences", "moments24"] {
+        assert!(says_what_a_verdict_says(&fit(statistics), &drive) > 3);
+    }
+}
+
+#[test]
+fn a_stream_that_was_put_away_goes_on_to_the_last_bit() {
+    let monitor = monitor();
+    let sound = trajectory(Platform::Vehicle, 23, 1600, 20.0);
+    let log = Fault::Freeze { seconds: 2.0 }.apply(&sound, 900..1300, 3);
+    let log = log.unwrap();
+    let whole = all_said(&mut monitor.stream(log.frame).unwrap(), &log);
+    assert!(!alarms(&whole).is_empty());
+    let mut said = Vec::new();
+    let mut stream = monitor.stream(log.frame).unwrap();
+    for (i, (stamp, pose)) in log.stamps.iter().zip(&log.poses).enumerate() {
+        if [10, 31, 700, 701, 990, 1100, 1599].contains(&i) {
+            let json = serde_json::to_string(&stream.state()).unwrap();
+            let state: StreamState = serde_json::from_str(&json).unwrap();
+            stream = monitor.resume(state).unwrap();
+            assert_eq!(serde_json::to_string(&stream.state()).unwrap(), json);
+        }
+        said.extend_from_slice(stream.push(*stamp, *pose).unwrap());
+    }
+    said.extend_from_slice(stream.finish().unwrap());
+    assert_eq!(said, whole);
+
+    // It belongs to its monitor.
+    let other = default_detector().monitor(&StreamOptions {
+        alarms_per_hour: 0.5,
+        ..StreamOptions::default()
+    });
+    let refused = other.unwrap().resume(stream.state());
+    let refused = refused.err().unwrap().to_string();
+    assert!(refused.contains("other options"), "{refused}");
+}
+
+#[test]
+fn what_robots_send_is_reported_and_changes_no_number() {
+    let monitor = monitor();
+    let log = trajectory(Platform::Vehicle, 24, 800, 20.0);
+    let clean = all_said(&mut monitor.stream(log.frame).unwrap(), &log);
+    let mut stream = monitor.stream(log.frame).unwrap();
+    let mut said = Vec::new();
+    let bad = Pose::new(log.poses[0].rotation, log.poses[0].translation * f64::NAN);
+    for (i, (stamp, pose)) in log.stamps.iter().zip(&log.poses).enumerate() {
+        said.extend_from_slice(stream.push(*stamp, *pose).unwrap());
+        if i % 50 == 49 {
+            said.extend_from_slice(stream.push(*stamp, *pose).unwrap());
+            said.extend_from_slice(stream.push(log.stamps[i - 2], log.poses[i - 2]).unwrap());
+            said.extend_from_slice(stream.push(*stamp + 1, bad).unwrap());
+            let zero = stream.push_quaternion(*stamp + 2, [0.0; 3], [0.0; 4]);
+            said.extend_from_slice(zero.unwrap());
+            let long = stream.push_quaternion(*stamp + 3, [0.0; 3], [0.0, 0.0, 0.0, 2.0]);
+            said.extend_from_slice(long.unwrap());
+        }
+    }
+    said.extend_from_slice(stream.finish().unwrap());
+    let windows = |said: &[Said]| -> Vec<Said> {
+        let window = |s: &&Said| matches!(s, Said::Window(_));
+        said.iter().filter(window).cloned().collect()
+    };
+    assert_eq!(windows(&said), windows(&clean));
+    let kinds = events(&said);
+    let of = |wanted: fn(&EventKind) -> bool| kinds.iter().filter(|k| wanted(k)).count();
+    // 40 s of log: said at once, then every ten seconds.
+    assert_eq!(of(|k| matches!(k, EventKind::Doubled { .. })), 4);
+    assert_eq!(of(|k| matches!(k, EventKind::Late { .. })), 4);
+    assert_eq!(of(|k| matches!(k, EventKind::BadPose { .. })), 4);
+    assert_eq!(of(|k| matches!(k, EventKind::Rate { .. })), 1);
+}
+
+#[test]
+fn pauses_jumps_and_clocks_begin_a_new_stretch() {
+    let monitor = monitor();
+    let log = trajectory(Platform::Vehicle, 25, 400, 10.0);
+    let shifted = |stamp: i64, metres: f64| -> Trajectory {
+        let mut other = log.clone();
+        other.stamps.iter_mut().for_each(|s| *s += stamp);
+        for pose in &mut other.poses {
+            pose.translation.x += metres;
+        }
+        other
+    };
+    let day = 86_400_000_000_000;
+    let parts = [
+        log.clone(),
+        shifted(log.stamps[399] + 5_000_000_000, 0.0),
+        shifted(log.stamps[399] * 2 + 5_100_000_000, 5000.0),
+        shifted(-day, 5000.0),
+    ];
+    let mut stream = monitor.stream(log.frame).unwrap();
+    let mut said = Vec::new();
+    for part in &parts {
+        for (stamp, pose) in part.stamps.iter().zip(&part.poses) {
+            said.extend_from_slice(stream.push(*stamp, *pose).unwrap());
+        }
+    }
+    let kinds = events(&said);
+    assert!(matches!(kinds[1], EventKind::Gap { .. }), "{kinds:?}");
+    assert!(matches!(kinds[2], EventKind::Reset { .. }), "{kinds:?}");
+    assert!(matches!(kinds[3], EventKind::ClockBack { .. }), "{kinds:?}");
+    // Every part has the windows that it has alone.
+    let scores = |said: &[Said]| -> Vec<u64> {
+        said.iter()
+            .filter_map(|s| match s {
+                Said::Window(w) => Some(w.score.value().to_bits()),
+                _ => None,
+            })
+            .collect()
+    };
+    let alone = scores(&all_said(&mut monitor.stream(log.frame).unwrap(), &log));
+    let together = scores(&said);
+    assert_eq!(together.len(), 4 * alone.len());
+    assert_eq!(together[..alone.len()], alone[..]);
+    assert_eq!(together[alone.len()..2 * alone.len()], alone[..]);
+
+    stream.reset();
+    let fresh = monitor.stream(log.frame).unwrap();
+    assert_eq!(stream.state(), fresh.state());
+}
+
+#[test]
+fn slow_poses_and_strange_frames_are_refused_in_words() {
+    let monitor = monitor();
+    let slow = trajectory(Platform::Vehicle, 26, 200, 4.0);
+    let said = all_said(&mut monitor.stream(slow.frame).unwrap(), &slow);
+    let kinds = events(&said);
+    assert!(matches!(kinds[0], EventKind::TooSlow { .. }), "{kinds:?}");
+    assert!(!said.iter().any(|s| matches!(s, Said::Window(_))));
+    assert!(monitor.stream(Frame::Sensor).is_err());
+    let refused = |options: StreamOptions| {
+        let refused = default_detector().monitor(&options).err().unwrap();
+        refused.to_string()
+    };
+    let default = StreamOptions::default();
+    let every = refused(StreamOptions {
+        every: Some(7),
+        ..default
+    });
+    assert!(every.contains("divisor"), "{every}");
+    for alarms_per_hour in [0.0, -1.0, f64::NAN, 61.0] {
+        let text = refused(StreamOptions {
+            alarms_per_hour,
+            ..default
+        });
+        assert!(text.contains("alarms"), "{text}");
+    }
+    let gap = refused(StreamOptions {
+        max_gap_s: Some(0.0),
+        ..default
+    });
+    assert!(gap.contains("pause"), "{gap}");
+}
+
+#[test]
+fn numbers_beyond_all_measure_are_an_event_and_no_panic() {
+    let monitor = monitor();
+    let log = trajectory(Platform::Vehicle, 27, 500, 10.0);
+    let mut stream = default_detector()
+        .stream(
+            log.frame,
+            &StreamOptions {
+                reset_m: Some(f64::MAX),
+                ..StreamOptions::default()
+            },
+        )
+        .unwrap();
+    let mut said = Vec::new();
+    for (i, (stamp, pose)) in log.stamps.iter().zip(&log.poses).enumerate() {
+        let mut pose = *pose;
+        if i % 2 == 1 {
+            pose.translation.x = 1e200;
+        } else {
+            pose.translation.x = -1e200;
+        }
+        said.extend_from_slice(stream.push(*stamp, pose).unwrap());
+    }
+    let unmeasured = |k: &&EventKind| matches!(k, EventKind::Unmeasured { .. });
+    assert!(events(&said).iter().any(unmeasured), "{:?}", events(&said));
+    // Where such steps are jumps, they are told now and then.
+    let mut stream = monitor.stream(log.frame).unwrap();
+    let mut said = Vec::new();
+    for (i, stamp) in log.stamps.iter().enumerate() {
+        let mut pose = log.poses[i];
+        pose.translation.x = if i % 2 == 1 { 1.7e308 } else { -1.7e308 };
+        said.extend_from_slice(stream.push(*stamp, pose).unwrap());
+    }
+    let kinds = events(&said);
+    assert_eq!(kinds.len(), 1 + 5, "{kinds:?}");
+    assert!(matches!(kinds[5], EventKind::Reset { count: 100, metres } if metres.is_finite()));
+}
+
+#[test]
+fn an_alarm_is_raised_soon_and_ends_with_its_fault() {
+    let monitor = monitor();
+    let sound = trajectory(Platform::Vehicle, 28, 3000, 20.0);
+    let said = all_said(&mut monitor.stream(sound.frame).unwrap(), &sound);
+    assert!(alarms(&said).is_empty());
+    let fault = Fault::JitterPosition { metres: 0.3 };
+    let log = fault.apply(&sound, 1200..1500, 5).unwrap();
+    let said = all_said(&mut monitor.stream(log.frame).unwrap(), &log);
+    assert_eq!(alarms(&said), [AlarmKind::Raised, AlarmKind::Ended]);
+    let told: Vec<_> = said
+        .iter()
+        .filter_map(|s| match s {
+            Said::Alarm(alarm) => Some(alarm),
+            _ => None,
+        })
+        .collect();
+    let seconds = |ns: i64| (ns - log.stamps[1200]) as f64 * 1e-9;
+    let (raised, ended) = (told[0], told[1]);
+    assert!((0.0..3.0).contains(&seconds(raised.raised_ns)), "{raised}");
+    assert!((-0.5..1.0).contains(&seconds(raised.since_ns)), "{raised}");
+    let end = seconds(ended.ended_ns.unwrap());
+    assert!((13.0..19.0).contains(&end), "{ended}");
+    assert!(ended.worst_excess >= raised.worst_excess && !raised.reasons.is_empty());
+    assert!(raised.to_string().contains("unlike the trusted logs"));
+}
