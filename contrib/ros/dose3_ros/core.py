@@ -94,7 +94,7 @@ class Core:
             alarm = self.alarm
             values["since"] = f"{alarm['since_ns'] * 1e-9:.3f}"
             values["worst excess"] = f"{alarm['worst_excess']:.2f}"
-            values["why"] = ", ".join(reason["group"] for reason in alarm["reasons"])
+            values["why"] = "; ".join(alarm["why"]) or ", ".join(g["group"] for g in alarm["groups"])
             return Status(ERROR, f"the motion is unlike the trusted logs since {values['since']}", values)
         if silent is None:
             return Status(STALE, "no pose yet", values)

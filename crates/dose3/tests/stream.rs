@@ -324,6 +324,7 @@ fn an_alarm_is_raised_soon_and_ends_with_its_fault() {
     assert!((-0.5..1.0).contains(&seconds(raised.since_ns)), "{raised}");
     let end = seconds(ended.ended_ns.unwrap());
     assert!((13.0..19.0).contains(&end), "{ended}");
-    assert!(ended.worst_excess >= raised.worst_excess && !raised.reasons.is_empty());
+    assert!(ended.worst_excess >= raised.worst_excess && !raised.groups.is_empty());
     assert!(raised.to_string().contains("unlike the trusted logs"));
+    assert!(raised.why.iter().all(|why| why.contains("trusted")) && !raised.why.is_empty());
 }

@@ -10,6 +10,7 @@ use crate::report::{Place, Reason, Report};
 use crate::series::{Motion, TrustedRanges};
 use deviation::Deviation;
 use dose3_datasets::{Trajectory, stretches};
+use dose3_ood::statistics::LinearPredictor;
 use std::ops::Range;
 
 /// Most reasons of a stretch.
@@ -57,6 +58,23 @@ pub(crate) fn explain(detector: &Detector, log: &Trajectory, report: &mut Report
     }
     report.reasons = overall(report);
     Ok(())
+}
+
+/// Why one window, all poses of `log`, is unlike the trusted ones, the strongest first.
+pub(crate) fn of_window(
+    log: &Trajectory,
+    hertz: f64,
+    linear: Option<&LinearPredictor>,
+    ranges: &TrustedRanges,
+) -> Result<Vec<Reason>> {
+    let motion = Motion::new(&log.poses, log.frame, hertz, linear)?;
+    let all = 0..log.len();
+    let found = strongest(&motion, ranges, &all, std::slice::from_ref(&all));
+    let reason = |deviation: Deviation| {
+        let (first, last) = (deviation.poses.start, deviation.poses.end - 1);
+        deviation.reason(Place::new(log, first, last), log.frame.has_forward())
+    };
+    Ok(found.into_iter().map(reason).collect())
 }
 
 /// Poses beside a segment that are looked at with it.

@@ -2,6 +2,8 @@
 
 use super::ring::Ring;
 use super::{Monitor, Said, WindowResult};
+use crate::reasons;
+use dose3_datasets::Frame;
 use dose3_ood::Sample;
 use dose3_ood::Score;
 use dose3_ood::alarm::{Change, RaisedBy, Watch, WatchStep};
@@ -10,7 +12,9 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Groups of statistics that an alarm names.
-const REASONS: usize = 3;
+const GROUPS: usize = 3;
+/// A window that is so many times as far as the one that was put into words is put into words again.
+const FAR_WORSE: f64 = 1.5;
 
 /// What is said of an alarm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,8 +43,11 @@ pub struct Alarm {
     pub worst_window_ns: [i64; 2],
     /// The test that the worst window is farthest out in.
     pub test: String,
-    /// What is unusual about the worst window, the strongest first.
-    pub reasons: Vec<Reason>,
+    /// What is unusual about the worst window in plain words, the strongest first; as of when the alarm was raised, or of
+    /// a window that is far worse.
+    pub why: Vec<String>,
+    /// Groups of statistics that are unusual in the worst window, the strongest first.
+    pub groups: Vec<GroupChance>,
 }
 
 /// Whether an alarm is raised, stands or has ended.
@@ -57,7 +64,7 @@ pub enum AlarmKind {
 
 /// A group of statistics that is unusual.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reason {
+pub struct GroupChance {
     /// Its name.
     pub group: String,
     /// Chance of its score among trusted windows.
@@ -70,6 +77,7 @@ pub(super) struct Evidence<'a> {
     pub step: &'a WatchStep,
     pub groups: &'a [Score],
     pub ring: &'a Ring,
+    pub frame: Frame,
 }
 
 /// The alarm of a stream through its life.
@@ -79,6 +87,8 @@ pub(super) struct Lifecycle {
     watch: Watch,
     standing: Option<Alarm>,
     raised: u64,
+    /// How far the window is that was put into words.
+    worded: f64,
     /// Last stamp of the last window that was not unusual.
     usual_until: Option<i64>,
     /// First stamp of the first of the windows in a row that are not unusual.
@@ -91,6 +101,7 @@ impl Lifecycle {
             watch: monitor.alarm().watch(),
             standing: None,
             raised: 0,
+            worded: 0.0,
             usual_until: None,
             usual_from: None,
         }
@@ -130,6 +141,7 @@ impl Lifecycle {
                 self.raised += 1;
                 let since = first_wrong(monitor, evidence.ring, self.usual_until);
                 let alarm = self.raise(monitor, evidence, since);
+                self.worded = alarm.worst_excess;
                 said.push(Said::Alarm(alarm.clone()));
                 self.standing = Some(alarm);
             }
@@ -151,6 +163,10 @@ impl Lifecycle {
                     alarm.excess = window.excess;
                     if window.excess > alarm.worst_excess {
                         worsen(alarm, monitor, evidence);
+                    }
+                    if window.excess > FAR_WORSE * self.worded {
+                        self.worded = window.excess;
+                        alarm.why = why(monitor, evidence);
                     }
                 }
             }
@@ -175,7 +191,8 @@ impl Lifecycle {
             worst_chance: window.chance,
             worst_window_ns: [window.first_stamp_ns, window.last_stamp_ns],
             test: String::new(),
-            reasons: Vec::with_capacity(REASONS),
+            why: why(monitor, evidence),
+            groups: Vec::with_capacity(GROUPS),
         };
         worsen(&mut alarm, monitor, evidence);
         alarm
@@ -198,13 +215,26 @@ fn worsen(alarm: &mut Alarm, monitor: &Monitor, evidence: &Evidence<'_>) {
         .map(|((group, score), reference)| (reference.ln_p(*score), group.name.as_str()))
         .collect();
     chances.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let strongest = chances.into_iter().take(REASONS);
-    alarm.reasons = strongest
-        .map(|(ln_p, group)| Reason {
+    let strongest = chances.into_iter().take(GROUPS);
+    alarm.groups = strongest
+        .map(|(ln_p, group)| GroupChance {
             group: group.to_owned(),
             chance: ln_p.exp(),
         })
         .collect();
+}
+
+/// In plain words; nothing where the detector knows no trusted ranges, or a quantity cannot be computed.
+fn why(monitor: &Monitor, evidence: &Evidence<'_>) -> Vec<String> {
+    let header = &monitor.header;
+    let Some(ranges) = &header.ranges else {
+        return Vec::new();
+    };
+    let log = evidence.ring.window(evidence.frame);
+    let linear = header.reference.linear.as_ref();
+    let found = reasons::of_window(&log, monitor.rate(), linear, ranges);
+    let sentences = found.into_iter().flatten().map(|reason| reason.sentence);
+    sentences.collect()
 }
 
 /// Stamp of the first pose of the last window, but none that a usual window held, that is beyond the pose threshold;
@@ -262,10 +292,10 @@ impl fmt::Display for Alarm {
             "; at worst {:.1} times as far as one trusted window in a thousand",
             self.worst_excess
         )?;
-        let reasons: Vec<&str> = self.reasons.iter().map(|r| r.group.as_str()).collect();
-        match reasons.first() {
-            Some(first) => write!(f, ", mostly by {first}"),
-            None => Ok(()),
+        match (self.why.first(), self.groups.first()) {
+            (Some(why), _) => write!(f, "; {why}"),
+            (None, Some(first)) => write!(f, ", mostly by {}", first.group),
+            (None, None) => Ok(()),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::Monitor;
 use super::ring::Ring;
 use crate::error::{Error, Result};
-use dose3_datasets::{Format, Frame, Trajectory, Window};
+use dose3_datasets::{Frame, Window};
 use dose3_ood::detector::{SingleScores, SingleWorkspace};
 use dose3_ood::{DetectorStatistics, Sample, Workspace};
 use std::sync::PoisonError;
@@ -59,14 +59,12 @@ impl Work {
         let Some(probe) = &monitor.probe else {
             return Ok(());
         };
-        let poses: Vec<_> = ring.window_poses().collect();
+        let log = ring.window(frame);
         let window = Window {
             trajectory: 0,
             start: 0,
-            length: poses.len(),
+            length: log.len(),
         };
-        let stamps = ring.stamps().to_vec();
-        let log = Trajectory::new("stream", Format::Memory, frame, stamps, poses);
         let set = &monitor.header.statistics.config().statistics;
         // A probe holds no half-written state.
         let mut probe = probe.lock().unwrap_or_else(PoisonError::into_inner);

@@ -46,7 +46,8 @@ mod said;
 mod sampler;
 mod state;
 
-pub use alarm::{Alarm, AlarmKind, Reason};
+pub use alarm::{Alarm, AlarmKind, GroupChance};
+pub use dose3_ood::alarm::RaisedBy;
 pub use event::{Event, EventKind};
 pub use monitor::Monitor;
 pub use options::StreamOptions;
@@ -270,6 +271,7 @@ impl Stream {
             step: &step,
             groups: scores.groups,
             ring: &self.ring,
+            frame: self.frame,
         };
         self.alarm.push(&monitor, &evidence, &mut self.said);
         monitor.give_back(work);

@@ -142,7 +142,7 @@ impl Monitor {
     }
 
     pub(super) fn keeps_poses(&self) -> bool {
-        self.probe.is_some()
+        self.probe.is_some() || self.header.ranges.is_some()
     }
 
     /// Metres a step that are a jump of the world; none where nothing is known of the usual step.

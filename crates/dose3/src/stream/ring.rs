@@ -1,7 +1,7 @@
 //! The last poses of a stretch, as far back as a window goes.
 
 use super::state::Flat;
-use dose3_datasets::{Frame, increment};
+use dose3_datasets::{Format, Frame, Trajectory, increment};
 use dose3_lie::Pose;
 use serde::{Deserialize, Serialize};
 
@@ -100,8 +100,14 @@ impl Ring {
         &self.stamps[self.stamps.len().saturating_sub(self.poses)..]
     }
 
+    /// The last window as a log of its own, where poses are kept.
+    pub fn window(&self, frame: Frame) -> Trajectory {
+        let (stamps, poses) = (self.stamps().to_vec(), self.window_poses().collect());
+        Trajectory::new("stream", Format::Memory, frame, stamps, poses)
+    }
+
     /// Poses of the last window, where they are kept.
-    pub fn window_poses(&self) -> impl Iterator<Item = Pose> + '_ {
+    fn window_poses(&self) -> impl Iterator<Item = Pose> + '_ {
         let kept = self.kept.as_deref().unwrap_or_default();
         kept[kept.len().saturating_sub(self.poses)..]
             .iter()

@@ -64,9 +64,9 @@ pub fn run(
                     by: alarm.raised.raised_by,
                     reason: alarm
                         .raised
-                        .reasons
+                        .groups
                         .first()
-                        .map(|reason| reason.group.clone())
+                        .map(|first| first.group.clone())
                         .unwrap_or_default(),
                 }
             });
