@@ -34,7 +34,8 @@ pub use groups::{GroupBy, LogGroups, Overlap, Shared, overlaps};
 pub use hex::hex;
 pub use increments::{increment, increments};
 pub use load::{
-    Survey, discover, load, load_all, load_bytes, load_several, load_several_bytes, survey,
+    Survey, discover, load, load_all, load_bytes, load_each, load_several, load_several_bytes,
+    survey,
 };
 pub use naming::{group_logs, make_unique, put_folders_before, telling_folders};
 pub use options::LoadOptions;

@@ -212,9 +212,21 @@ pub fn load_all(paths: &[PathBuf], options: &LoadOptions) -> Result<Vec<Trajecto
 /// # Errors
 /// As [`load`].
 pub fn load_several(path: &Path, options: &LoadOptions) -> Result<Vec<Trajectory>, Error> {
+    load_each(path, options)?.into_iter().collect()
+}
+
+/// As [`load_several`], each log of a table on its own: one that cannot be read does not stop the others. What is wrong
+/// with it names it.
+///
+/// # Errors
+/// What is wrong with the file as a whole.
+pub fn load_each(
+    path: &Path,
+    options: &LoadOptions,
+) -> Result<Vec<Result<Trajectory, Error>>, Error> {
     match discover(path, options)?.as_slice() {
-        [log] => load_file(log, options),
-        _ => load(path, options).map(|log| vec![log]),
+        [log] => load_file_each(log, options),
+        _ => load(path, options).map(|log| vec![Ok(log)]),
     }
 }
 
@@ -232,9 +244,18 @@ fn one(path: &Path, mut logs: Vec<Trajectory>) -> Result<Trajectory, Error> {
     }
 }
 
+/// As [`load_file_each`], up to the first log that cannot be read.
+fn load_file(path: &Path, options: &LoadOptions) -> Result<Vec<Trajectory>, Error> {
+    load_file_each(path, options)?.into_iter().collect()
+}
+
 /// The logs of one file: one, but for a recording of which several topics were asked for and for a table with a column
 /// that names its logs.
-fn load_file(path: &Path, options: &LoadOptions) -> Result<Vec<Trajectory>, Error> {
+fn load_file_each(
+    path: &Path,
+    options: &LoadOptions,
+) -> Result<Vec<Result<Trajectory, Error>>, Error> {
+    let sound = |logs: Vec<Trajectory>| logs.into_iter().map(Ok).collect();
     options.check()?;
     if path != Path::new(STANDARD_INPUT) && path.is_dir() {
         let format = match options.format {
@@ -242,15 +263,19 @@ fn load_file(path: &Path, options: &LoadOptions) -> Result<Vec<Trajectory>, Erro
             None => detect_with(path, options)?,
         };
         return match format {
-            Format::Iros20Poses => Ok(vec![read::read_folder(path, options)?]),
+            Format::Iros20Poses => Ok(vec![read::read_folder(path, options)]),
             #[cfg(feature = "recordings")]
-            Format::Rosbag2 => crate::recording::open(path, format)?.read(options),
+            Format::Rosbag2 => crate::recording::open(path, format)?
+                .read(options)
+                .map(sound),
             _ => Err(Error::io(path, std::io::ErrorKind::IsADirectory.into())),
         };
     }
     #[cfg(feature = "recordings")]
     if let Some(format) = recording_file(path, options)? {
-        return crate::recording::open(path, format)?.read(options);
+        return crate::recording::open(path, format)?
+            .read(options)
+            .map(sound);
     }
     let mut bytes = Vec::new();
     // A pipe can be read once: the format is found in what was read.
@@ -260,7 +285,7 @@ fn load_file(path: &Path, options: &LoadOptions) -> Result<Vec<Trajectory>, Erro
         fs::File::open(path).and_then(|mut file| file.read_to_end(&mut bytes))
     };
     read.map_err(|source| Error::io(path, source))?;
-    parse(path, &bytes, options)
+    parse_each(path, &bytes, options)
 }
 
 /// The format of a file that is a recording, which is not read into memory; `None` for anything else, pipes too.
@@ -325,6 +350,14 @@ pub fn load_several_bytes(
 }
 
 fn parse(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Vec<Trajectory>, Error> {
+    parse_each(path, bytes, options)?.into_iter().collect()
+}
+
+fn parse_each(
+    path: &Path,
+    bytes: &[u8],
+    options: &LoadOptions,
+) -> Result<Vec<Result<Trajectory, Error>>, Error> {
     let bytes = read::unpack(path, bytes)?;
     let format = match options.format {
         Some(format) => format,
@@ -332,7 +365,8 @@ fn parse(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Vec<Traject
     };
     #[cfg(feature = "recordings")]
     if format.is_recording() {
-        return crate::recording::Recording::from_bytes(path, &bytes, format)?.read(options);
+        let logs = crate::recording::Recording::from_bytes(path, &bytes, format)?.read(options)?;
+        return Ok(logs.into_iter().map(Ok).collect());
     }
     read::read_all(path, &bytes, format, options.format.is_some(), options)
 }

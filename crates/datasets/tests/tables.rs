@@ -2,7 +2,7 @@
 
 use dose3_datasets::{
     Error, Format, LoadOptions, Place, ReadOption, RemarkKind, RowKind, Trajectory, load_bytes,
-    load_several, load_several_bytes,
+    load_each, load_several, load_several_bytes,
 };
 
 fn by(column: &str) -> LoadOptions {
@@ -117,6 +117,42 @@ fn files_give_the_same_and_one_log_is_not_asked_of_several() {
     assert!(
         matches!(fault, Error::NotOneLog { found: 2, .. }),
         "{fault}"
+    );
+}
+
+#[test]
+fn a_bad_log_does_not_stop_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("table.csv");
+    let table = interleaved()
+        + "alone,"
+        + &row(3, 0)
+        + "\nlast,"
+        + &row(2, 0)
+        + "\nlast,"
+        + &row(2, 1)
+        + "\n";
+    std::fs::write(
+        &path,
+        table.replacen("\n7,1600000001.000,", "\n7,1600000001.000,oops", 1),
+    )
+    .unwrap();
+    let whole = read(&interleaved(), "run").unwrap();
+    let logs = load_each(&path, &by("run")).unwrap();
+    let bad: Vec<String> = logs
+        .iter()
+        .filter_map(|log| log.as_ref().err())
+        .map(ToString::to_string)
+        .collect();
+    assert!(
+        bad[0].contains("(log `7`)") && bad[1].contains("(log `alone`)"),
+        "{bad:?}"
+    );
+    assert_eq!(logs.len(), whole.len() + 2);
+    assert_eq!(logs[logs.len() - 1].as_ref().unwrap().name, "last");
+    assert_eq!(
+        load_several(&path, &by("run")).unwrap_err().to_string(),
+        bad[0]
     );
 }
 

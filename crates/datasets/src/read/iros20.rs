@@ -11,7 +11,10 @@ use super::npy::{NpyFault, Stream};
 use super::table::{Row, Separator, check_coordinate, is_no_value};
 use super::text::Text;
 use crate::error::Place;
-use crate::{Error, Format, LoadOptions, LoadReport, LostKind, ReadOption, RowKind, Trajectory};
+use crate::{
+    Error, Format, Frame, LoadOptions, LoadReport, LostKind, ReadOption, Remark, RemarkKind,
+    RowKind, Trajectory,
+};
 
 /// Largest deviation of the last row from (0, 0, 0, 1).
 const LAST_ROW_TOLERANCE: f64 = 1e-6;
@@ -184,10 +187,24 @@ pub(crate) fn read_folder(path: &Path, options: &LoadOptions) -> Result<Trajecto
         let pose = pose_from_matrix(&mut collector, file, Place::File, entry)?;
         collector.push_row(Place::File, *number, stamp, pose)?;
     }
-    collector.finish_without_stamps(Format::Iros20Poses)
+    let mut log = collector.finish_without_stamps(Format::Iros20Poses)?;
+    if is_camera(path, &frames) {
+        log.frame = Frame::CameraRdf;
+        let text = "poses of a camera (right, down, forward), as 7-Scenes and ScanNet keep them";
+        log.report
+            .remarks
+            .push(Remark::new(RemarkKind::Frame, text).option(ReadOption::Frame));
+    }
+    Ok(log)
 }
 
-/// The files of a folder whose name is a number, with that number, in its order.
+/// True for the names of 7-Scenes (`seq-01/frame-000000.pose.txt`) and of ScanNet (`pose/0.txt`).
+fn is_camera(folder: &Path, frames: &[(u64, PathBuf)]) -> bool {
+    let scenes = |(_, file): &(u64, PathBuf)| file.to_string_lossy().ends_with(".pose.txt");
+    folder.file_name().is_some_and(|name| name == "pose") || frames.iter().all(scenes)
+}
+
+/// The files of a folder whose name is a number, or `frame-`, a number and `.pose`, with that number, in its order.
 pub(crate) fn frame_files(folder: &Path) -> Result<Vec<(u64, PathBuf)>, Error> {
     let entries = fs::read_dir(folder).map_err(|source| Error::io(folder, source))?;
     let mut files = Vec::new();
@@ -197,6 +214,11 @@ pub(crate) fn frame_files(folder: &Path) -> Result<Vec<(u64, PathBuf)>, Error> {
         let number = path
             .file_stem()
             .and_then(|stem| stem.to_str())
+            .map(|stem| {
+                let inner = stem.strip_prefix("frame-");
+                let inner = inner.and_then(|stem| stem.strip_suffix(".pose"));
+                inner.unwrap_or(stem)
+            })
             .filter(|stem| stem.len() <= 9 && stem.bytes().all(|byte| byte.is_ascii_digit()))
             .and_then(|stem| stem.parse().ok());
         if let Some(number) = number

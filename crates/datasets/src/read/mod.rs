@@ -40,22 +40,25 @@ pub(crate) use unpack::unpack;
 #[cfg(feature = "recordings")]
 pub(crate) use unpack::{broken, limit as unpack_limit};
 
-/// Reads the logs in the unpacked bytes of a file: one, but for a table with a column that names its logs and for a
-/// flight log of which several topics were asked for.
+/// Reads the logs in the unpacked bytes of a file, each on its own: one, but for a table with a column that names its logs
+/// and for a flight log of which several topics were asked for.
 pub(crate) fn read_all(
     path: &Path,
     bytes: &[u8],
     format: Format,
     named: bool,
     options: &LoadOptions,
-) -> Result<Vec<Trajectory>, Error> {
+) -> Result<Vec<Result<Trajectory, Error>>, Error> {
     match (&options.log_column, format) {
         (
             Some(column),
             Format::Kitti | Format::Tum | Format::Euroc | Format::Csv | Format::Matrix,
         ) => several::read(path, bytes, named.then_some(format), column, options),
-        (_, Format::Ulog) => ulog::read(path, bytes, options),
-        _ => Ok(vec![read(path, bytes, format, named, options)?]),
+        (_, Format::Ulog) => Ok(ulog::read(path, bytes, options)?
+            .into_iter()
+            .map(Ok)
+            .collect()),
+        _ => Ok(vec![read(path, bytes, format, named, options)]),
     }
 }
 

@@ -72,75 +72,153 @@ pub(crate) fn decimal(text: &str, shift: i32) -> Result<i64, StampFault> {
     Ok(if negative { -value } else { value } as i64)
 }
 
-/// The same for the numbers that files are full of: at most 18 digits, no exponent, nothing to round.
+/// The same for the numbers that files are full of.
 fn short_decimal(text: &[u8], shift: i32) -> Option<i64> {
-    let (mut value, mut digits, mut after) = (0_i64, 0, None);
-    for byte in text {
-        match byte {
-            b'0'..=b'9' => {
-                value = 10 * value + i64::from(byte - b'0');
-                digits += 1;
-                if digits > 18 {
-                    return None;
-                }
-            }
-            b'.' if after.is_none() => after = Some(digits),
-            _ => return None,
-        }
-    }
-    let power = u32::try_from(shift - (digits - after.unwrap_or(digits))).ok()?;
-    let value = value.checked_mul(10_i64.checked_pow(power)?)?;
-    (digits > 0 && i128::from(value) <= LARGEST_STAMP).then_some(value)
+    let (digits, end) = Digits::read(text, 0)?;
+    (end == text.len()).then(|| digits.whole(shift)).flatten()
 }
 
 /// A number as `str::parse` reads it, to the last bit.
-///
-/// Whole numbers up to 2^53 and powers of ten up to 22 are exact in f64, so the numbers that files are full of are one
-/// exact number times or over another, rounded once (Clinger 1990); the others go the long way.
 pub(crate) fn float(text: &str) -> Option<f64> {
-    const EXACT: u64 = 1 << 53;
-    const POWERS: [f64; 23] = [
-        1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
-        1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
-    ];
-    let long = || text.parse::<f64>().ok();
-    let bytes = text.as_bytes();
-    let (negative, start) = match bytes.first() {
-        Some(b'-') => (true, 1),
-        Some(b'+') => (false, 1),
-        _ => (false, 0),
-    };
-    let (mut value, mut digits, mut after) = (0_u64, 0_usize, None);
-    let mut exponent = 0_i32;
-    for (at, byte) in bytes.iter().enumerate().skip(start) {
-        match byte {
-            b'0'..=b'9' => {
-                value = value.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
-                digits += 1;
-            }
-            b'.' if after.is_none() => after = Some(digits),
-            b'e' | b'E' => {
-                let Ok(written) = text[at + 1..].parse::<i32>() else {
-                    return long();
-                };
-                exponent = written;
-                break;
-            }
-            _ => return long(),
+    let plain = Digits::read(text.as_bytes(), 0)
+        .filter(|(_, end)| *end == text.len())
+        .and_then(|(digits, _)| digits.value());
+    plain.or_else(|| text.parse::<f64>().ok())
+}
+
+/// The digits of a number as one whole number, and where its point is.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Digits {
+    value: u64,
+    /// How many; beyond nineteen, `value` has wrapped.
+    count: usize,
+    /// How many of them stand behind the point.
+    behind: i32,
+    exponent: i32,
+    has_exponent: bool,
+    negative: bool,
+}
+
+/// Whole numbers up to this are exact in f64.
+const EXACT: u64 = 1 << 53;
+/// Powers of ten that are exact in f64.
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+];
+
+impl Digits {
+    /// Reads sign, digits, point and exponent from `at` on; with the place behind them. `None` where there is no digit, or
+    /// an exponent without one.
+    #[inline(always)]
+    pub fn read(bytes: &[u8], mut at: usize) -> Option<(Self, usize)> {
+        let digit = |at: usize| {
+            let digit = bytes.get(at)?.wrapping_sub(b'0');
+            (digit < 10).then_some(digit)
+        };
+        let first = *bytes.get(at)?;
+        let negative = first == b'-';
+        at += usize::from(negative || first == b'+');
+        let (start, mut value) = (at, 0_u64);
+        while let Some(digit) = digit(at) {
+            value = value.wrapping_mul(10).wrapping_add(u64::from(digit));
+            at += 1;
         }
+        let (mut count, mut behind) = (at - start, 0);
+        if bytes.get(at) == Some(&b'.') {
+            let point = at + 1;
+            at = point;
+            while let Some(eight) = bytes.get(at..).and_then(<[u8]>::first_chunk).copied()
+                && let Some(eight) = eight_digits(eight)
+            {
+                value = value.wrapping_mul(100_000_000).wrapping_add(eight);
+                at += 8;
+            }
+            while let Some(digit) = digit(at) {
+                value = value.wrapping_mul(10).wrapping_add(u64::from(digit));
+                at += 1;
+            }
+            behind = at - point;
+            count += behind;
+        }
+        if count == 0 {
+            return None;
+        }
+        let mut exponent = None;
+        if let Some(b'e' | b'E') = bytes.get(at) {
+            at += 1;
+            let negative = bytes.get(at) == Some(&b'-');
+            if let Some(b'-' | b'+') = bytes.get(at) {
+                at += 1;
+            }
+            let (first, mut size) = (at, 0_i32);
+            while let Some(digit) = digit(at) {
+                size = size.saturating_mul(10).saturating_add(i32::from(digit));
+                at += 1;
+            }
+            if at == first {
+                return None;
+            }
+            exponent = Some(if negative { -size } else { size });
+        }
+        let digits = Self {
+            value,
+            count,
+            behind: i32::try_from(behind).ok()?,
+            exponent: exponent.unwrap_or(0),
+            has_exponent: exponent.is_some(),
+            negative,
+        };
+        Some((digits, at))
     }
-    let exponent = exponent.saturating_sub((digits - after.unwrap_or(digits)) as i32);
-    // Nineteen digits are below 2^64, so the value did not wrap.
-    if digits == 0 || digits > 19 || value > EXACT || exponent.unsigned_abs() > 22 {
-        return long();
+
+    /// The number, where it takes one rounding; `None` for those that go the long way.
+    ///
+    /// Whole numbers up to 2^53 and powers of ten up to 22 are exact in f64, so the numbers that files are full of are one
+    /// exact number times or over another, rounded once (Clinger 1990).
+    #[inline]
+    pub fn value(&self) -> Option<f64> {
+        let power = self.exponent.saturating_sub(self.behind);
+        // Nineteen digits are below 2^64, so the value did not wrap.
+        if self.count > 19 || self.value > EXACT || power.unsigned_abs() > 22 {
+            return None;
+        }
+        let factor = POWERS[power.unsigned_abs() as usize];
+        let size = if power < 0 {
+            self.value as f64 / factor
+        } else {
+            self.value as f64 * factor
+        };
+        Some(if self.negative { -size } else { size })
     }
-    let power = POWERS[exponent.unsigned_abs() as usize];
-    let size = if exponent < 0 {
-        value as f64 / power
-    } else {
-        value as f64 * power
-    };
-    Some(if negative { -size } else { size })
+
+    /// The number times `10^shift` where it is a stamp with nothing to round: at most 18 digits, no sign, no exponent.
+    #[inline]
+    pub fn whole(&self, shift: i32) -> Option<i64> {
+        if self.count > 18 || self.has_exponent || self.negative {
+            return None;
+        }
+        let power = u32::try_from(shift - self.behind).ok()?;
+        let value = i64::try_from(self.value).ok()?;
+        let value = value.checked_mul(10_i64.checked_pow(power)?)?;
+        (i128::from(value) <= LARGEST_STAMP).then_some(value)
+    }
+}
+
+/// Eight characters at once, where all are digits.
+#[inline]
+fn eight_digits(bytes: [u8; 8]) -> Option<u64> {
+    const HIGH: u64 = 0xf0f0_f0f0_f0f0_f0f0;
+    let word = u64::from_le_bytes(bytes);
+    // A digit has the upper half 3, and keeps it where six is added.
+    let plus_six = word.wrapping_add(0x0606_0606_0606_0606);
+    if (word & HIGH) != 0x3030_3030_3030_3030 || (plus_six & HIGH) != 0x3030_3030_3030_3030 {
+        return None;
+    }
+    // Neighbours joined: digits to pairs, pairs to fours, fours to eight; the first character is the lowest byte.
+    let word = (word & 0x0f0f_0f0f_0f0f_0f0f).wrapping_mul(2561) >> 8;
+    let word = (word & 0x00ff_00ff_00ff_00ff).wrapping_mul(6_553_601) >> 16;
+    Some((word & 0x0000_ffff_0000_ffff).wrapping_mul(42_949_672_960_001) >> 32)
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ struct Part<'a> {
 }
 
 /// Reads one log for each value of a column, in the order in which the values come first; its name is the value, its
-/// rows are those of the file.
+/// rows are those of the file. A log that cannot be read does not stop the others.
 ///
 /// Units and orders that the file leaves open are those of one table: the longest log decides them for all.
 pub(crate) fn read(
@@ -30,14 +30,14 @@ pub(crate) fn read(
     format: Option<Format>,
     column: &str,
     options: &LoadOptions,
-) -> Result<Vec<Trajectory>, Error> {
+) -> Result<Vec<Result<Trajectory, Error>>, Error> {
     let mut shared = Collector::new(path, options);
     let text = Text::new(path, bytes, &mut shared.report)?;
     let mut layout = sheet::named_layout(path, &text, format, options)?;
     let at = position(path, &layout, column)?;
     let mut parts = split(
         path,
-        &sheet::data_lines(&text, &layout),
+        &sheet::data_lines(&text, &layout).collect::<Vec<_>>(),
         &layout,
         at,
         column,
@@ -73,7 +73,7 @@ pub(crate) fn read(
         log.group.clone_from(&log.name);
         Ok(log)
     });
-    logs.collect()
+    Ok(logs.collect())
 }
 
 /// The column of that name, else of that number, counted from 1.

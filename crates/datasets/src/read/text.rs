@@ -69,15 +69,26 @@ impl<'a> Text<'a> {
             content = Cow::Owned(rewritten);
         }
         let text = Self { content };
-        let mut blank = 0;
-        for line in text.content.lines() {
-            if line.trim().is_empty() {
-                blank += 1;
-            } else {
-                report.blank_lines += std::mem::take(&mut blank);
+        if may_hold_blank_lines(text.content.as_bytes()) {
+            let mut blank = 0;
+            for line in text.content.lines() {
+                if line.trim().is_empty() {
+                    blank += 1;
+                } else {
+                    report.blank_lines += std::mem::take(&mut blank);
+                }
             }
         }
         Ok(text)
+    }
+
+    /// What follows so many lines.
+    pub fn behind(&self, lines: usize) -> &str {
+        let ends = self.content.match_indices('\n').map(|(at, _)| at + 1);
+        match lines {
+            0 => &self.content,
+            _ => ends.take(lines).last().map_or("", |at| &self.content[at..]),
+        }
     }
 
     /// The whole content.
@@ -98,6 +109,17 @@ impl<'a> Text<'a> {
             })
         })
     }
+}
+
+/// Whether a line begins with something that may be a blank, or with nothing.
+fn may_hold_blank_lines(bytes: &[u8]) -> bool {
+    let odd = |byte: u8| byte <= b' ' || byte >= 0x80;
+    let pairs = || bytes.iter().zip(bytes.get(1..).unwrap_or_default());
+    // Without a branch, so that many bytes are looked at at once.
+    let found = pairs().fold(false, |found, (end, next)| {
+        found | ((*end == b'\n') & odd(*next))
+    });
+    found || bytes.first().is_some_and(|first| odd(*first))
 }
 
 /// The text with decimal commas or Fortran exponents written as usual; `None` where there are none.

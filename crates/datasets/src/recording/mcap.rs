@@ -3,6 +3,8 @@
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::container::{Channel, Encoding, Fault, Visitor, plain_kind, unpack, unpack_front};
 use super::data::{Cursor, Data};
 
@@ -13,6 +15,10 @@ const TAIL: u64 = 9 + 20 + 8;
 const RECORD: u64 = 9;
 /// Longest record other than messages, chunks and attachments.
 const LONGEST: u64 = 64 << 20;
+/// Chunks that are unpacked at once, at most ...
+const MOST_AT_ONCE: usize = 8;
+/// ... and what they may become together, unless one alone is larger.
+const MOST_UNPACKED: u64 = 128 << 20;
 
 mod code {
     pub const FOOTER: u8 = 0x02;
@@ -37,6 +43,8 @@ pub(crate) struct Mcap<'a> {
 /// A chunk as the index tells it.
 struct Chunk {
     offset: u64,
+    /// Bytes of its records, unpacked.
+    size: u64,
     /// Channels with messages in it, and where the list of their places is.
     channels: Vec<(u32, u64)>,
 }
@@ -197,7 +205,7 @@ impl<'a> Mcap<'a> {
                     ended = true;
                     return Err(Fault::Stop);
                 }
-                code::CHUNK => walk_chunk(body, None, visit)?,
+                code::CHUNK => walk_chunk(body, visit)?,
                 _ => visit(code, body)?,
             }
             Ok(())
@@ -240,25 +248,54 @@ impl<'a> Mcap<'a> {
                 result => result.map(|_| ()),
             };
         }
-        for chunk in &self.chunks {
-            // A chunk without an index of its messages may hold any.
-            if chunk.channels.is_empty()
-                || chunk
-                    .channels
-                    .iter()
-                    .any(|(channel, _)| wanted.contains(channel))
-            {
-                let range = chunk.offset..self.data.len();
-                let (code, body) = record(&self.data, &range)?;
-                if code != code::CHUNK {
-                    return Err(Fault::Damaged(
-                        "an index that points to no chunk".to_owned(),
-                    ));
+        // A chunk without an index of its messages may hold any.
+        let holds = |chunk: &&Chunk| {
+            let mut channels = chunk.channels.iter();
+            chunk.channels.is_empty() || channels.any(|(channel, _)| wanted.contains(channel))
+        };
+        let chunks: Vec<&Chunk> = self.chunks.iter().filter(holds).collect();
+        let mut rest = &chunks[..];
+        while !rest.is_empty() {
+            let (group, behind) = rest.split_at(group(rest));
+            rest = behind;
+            let found: Vec<_> = group
+                .par_iter()
+                .map(|chunk| {
+                    self.is_as_large(chunk)
+                        .then(|| self.records_of(chunk, wanted))
+                })
+                .collect();
+            for (chunk, records) in group.iter().zip(found) {
+                match records.unwrap_or_else(|| self.records_of(chunk, wanted))? {
+                    Records::Here(range) => walk(&self.data, range, &mut take)?,
+                    Records::Unpacked(records) => {
+                        let range = 0..records.len() as u64;
+                        walk(&Data::Bytes(&records), range, &mut take)?;
+                    }
                 }
-                walk_chunk(&body, self.last_place(chunk, wanted), &mut take)?;
             }
         }
         Ok(())
+    }
+
+    /// Whether a chunk is no larger than its index says, by which those that are unpacked at once were chosen.
+    fn is_as_large(&self, chunk: &Chunk) -> bool {
+        // Code and length of the record, and two stamps.
+        const BEFORE: u64 = RECORD + 16;
+        let size = chunk.offset.checked_add(BEFORE);
+        let size = size.and_then(|place| self.data.read(place, 8).ok());
+        size.and_then(|size| Cursor(&size).u64())
+            .is_some_and(|size| size <= chunk.size)
+    }
+
+    /// The records of a chunk, through the last wanted message.
+    fn records_of(&self, chunk: &Chunk, wanted: &HashSet<u32>) -> Result<Records, Fault> {
+        let (code, body) = record(&self.data, &(chunk.offset..self.data.len()))?;
+        if code != code::CHUNK {
+            let found = "an index that points to no chunk".to_owned();
+            return Err(Fault::Damaged(found));
+        }
+        records(&body, self.last_place(chunk, wanted))
     }
 
     /// Where the last wanted message of a chunk begins among its unpacked records; `None` where the index does not
@@ -295,7 +332,15 @@ fn chunk_index(content: &[u8]) -> Option<Chunk> {
     while let (Some(channel), Some(offset)) = (entries.u16(), entries.u64()) {
         channels.push((u32::from(channel), offset));
     }
-    Some(Chunk { offset, channels })
+    cursor.take(8)?;
+    cursor.text()?;
+    cursor.take(8)?;
+    let size = cursor.u64()?;
+    Some(Chunk {
+        offset,
+        channels,
+        size,
+    })
 }
 
 /// The content of a record, still where it lies.
@@ -376,7 +421,7 @@ fn walk(
                         data,
                         range: range.start + RECORD..range.end,
                     };
-                    walk_chunk(&cut, None, visit)?;
+                    walk_chunk(&cut, visit)?;
                 }
                 return Err(fault);
             }
@@ -387,12 +432,35 @@ fn walk(
     Ok(())
 }
 
+/// How many of the chunks at the front are unpacked at once: as many as there are threads, but not more than memory should
+/// hold.
+fn group(chunks: &[&Chunk]) -> usize {
+    let mut sum = 0_u64;
+    let fits = |chunk: &&&Chunk| {
+        sum = sum.saturating_add(chunk.size);
+        sum <= MOST_UNPACKED
+    };
+    let threads = rayon::current_num_threads().min(MOST_AT_ONCE);
+    chunks.iter().take(threads).take_while(fits).count().max(1)
+}
+
+/// Where the records of a chunk are.
+enum Records {
+    /// In the file, as they are.
+    Here(Range<u64>),
+    Unpacked(Vec<u8>),
+}
+
+/// Visits the records of a chunk.
+fn walk_chunk(body: &Body<'_, '_>, visit: &mut RecordVisitor<'_>) -> Result<(), Fault> {
+    match records(body, None)? {
+        Records::Here(range) => walk(body.data, range, visit),
+        Records::Unpacked(records) => walk(&Data::Bytes(&records), 0..records.len() as u64, visit),
+    }
+}
+
 /// The records of a chunk, those after the one that begins at `last` left out where it is known.
-fn walk_chunk(
-    body: &Body<'_, '_>,
-    last: Option<u64>,
-    visit: &mut RecordVisitor<'_>,
-) -> Result<(), Fault> {
+fn records(body: &Body<'_, '_>, last: Option<u64>) -> Result<Records, Fault> {
     const FIXED: u64 = 8 + 8 + 8 + 4;
     let damaged = || Fault::Damaged("a damaged chunk".to_owned());
     let head = body.front(FIXED + 4 + 16 + 8)?;
@@ -405,12 +473,11 @@ fn walk_chunk(
     let start = body.range.start + FIXED + 4 + compression.len() as u64 + 8;
     let end = start.saturating_add(length).min(body.range.end);
     if compression.is_empty() {
-        return walk(body.data, start..end, visit);
+        return Ok(Records::Here(start..end));
     }
     let packed = body.data.read(start, end.saturating_sub(start))?;
-    let records = match last {
+    Ok(Records::Unpacked(match last {
         Some(last) if last < size => unpack_front(&packed, &compression, last)?,
         _ => unpack(&packed, &compression, Some(size))?,
-    };
-    walk(&Data::Bytes(&records), 0..records.len() as u64, visit)
+    }))
 }

@@ -190,7 +190,8 @@ pub fn mcap(
                 &block(&channels),
                 &[0; 8],
                 &block(compression.as_bytes()),
-                &[0; 16],
+                &(packed.len() as u64).to_le_bytes(),
+                &(records.len() as u64).to_le_bytes(),
             ]
             .concat(),
         ));

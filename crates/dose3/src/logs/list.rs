@@ -2,7 +2,7 @@
 
 use super::{ReadOptions, apply};
 use crate::error::{Error, Result};
-use dose3_datasets::{Trajectory, load_several, put_folders_before, survey, telling_folders};
+use dose3_datasets::{Trajectory, load_each, put_folders_before, survey, telling_folders};
 use std::collections::HashSet;
 use std::fs::canonicalize;
 use std::path::{Path, PathBuf};
@@ -79,11 +79,12 @@ impl LogFile {
             let path = self.path.clone();
             return vec![Err(Error::NoLogIn { path })];
         }
-        let logs = match load_several(&self.path, &options.load) {
+        let logs = match load_each(&self.path, &options.load) {
             Ok(logs) => logs,
             Err(error) => return vec![Err(error.into())],
         };
-        let finish = |mut log: Trajectory| {
+        let finish = |log: std::result::Result<Trajectory, dose3_datasets::Error>| {
+            let mut log = log?;
             apply(&mut log, options)?;
             put_folders_before(&mut log, &self.folders);
             Ok(log)

@@ -1,0 +1,338 @@
+//! How the lines of a text file hold poses: from the header where it names columns, else from the numbers.
+
+mod named;
+mod numbers;
+
+use std::path::Path;
+
+use super::columns::{Name, by_header};
+use super::table::{Separator, is_no_value, shorten};
+use super::text::{Line, Text};
+use crate::error::Place;
+use crate::{Error, Format, LoadOptions, ReadOption, Remark, StampUnit};
+
+/// Lines looked at to find the layout.
+const SAMPLE: usize = 40;
+/// Where the stamp is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stamp {
+    /// There is none.
+    None,
+    /// In one column, in this unit where the header says it.
+    Column(usize, Option<StampUnit>),
+    /// Seconds and nanoseconds in two columns.
+    Pair(usize, usize),
+    /// Frame numbers.
+    Index(usize),
+}
+
+/// Where the rotation is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Rotation {
+    /// Columns of w, x, y, z.
+    Quaternion([usize; 4]),
+    /// Columns of the row-major matrix.
+    Matrix([usize; 9]),
+    /// Columns of roll, pitch and yaw, in degrees or radians where the header says so.
+    Angles([usize; 3], Option<bool>),
+    /// Columns of a rotation vector, radians.
+    Vector([usize; 3]),
+}
+
+/// Who says the order of the quaternion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// The user.
+    Given,
+    /// The header.
+    Header,
+    /// The habit of the format, and the data may overrule it.
+    Habit,
+}
+
+/// The layout of one file.
+#[derive(Debug, Clone)]
+pub(crate) struct Layout {
+    pub format: Format,
+    pub separator: Separator,
+    /// Fields a row must have.
+    pub columns: usize,
+    /// Whether it may have more.
+    pub more: bool,
+    pub stamp: Stamp,
+    pub position: [usize; 3],
+    pub rotation: Rotation,
+    pub order: Order,
+    /// Columns of the last row of a 4x4 matrix.
+    pub last_row: Option<[usize; 4]>,
+    /// Names of columns, where there is a header.
+    pub names: Vec<String>,
+    /// Line of a header that is no comment.
+    pub header_line: Option<usize>,
+    pub remarks: Vec<Remark>,
+}
+
+/// The first lines of a file, taken apart.
+pub(crate) struct Head<'a> {
+    /// The last comment before the data.
+    pub comment: Option<Line<'a>>,
+    /// The line before the data that is no comment and holds words.
+    pub header: Option<Line<'a>>,
+    /// The first lines of data.
+    pub data: Vec<Line<'a>>,
+}
+
+/// True for a line that holds no data.
+pub(crate) fn is_comment(line: &str) -> bool {
+    line.starts_with(['#', '%']) || line.starts_with("//")
+}
+
+impl<'a> Head<'a> {
+    pub fn new(text: &'a Text<'_>) -> Self {
+        let mut head = Self {
+            comment: None,
+            header: None,
+            data: Vec::new(),
+        };
+        for line in text.lines() {
+            if is_comment(line.text) {
+                if head.data.is_empty() && head.header.is_none() {
+                    head.comment = Some(line);
+                }
+            } else if head.data.is_empty() && head.header.is_none() && is_words(line.text) {
+                head.header = Some(line);
+            } else {
+                head.data.push(line);
+                if head.data.len() == SAMPLE {
+                    break;
+                }
+            }
+        }
+        // ROS writes its header as a comment: `%time,field.header.seq,...`.
+        if head.header.is_none() && head.comment.is_some_and(|line| line.text.starts_with('%')) {
+            head.header = head.comment;
+        }
+        head
+    }
+}
+
+/// True for a line that begins a table: no field is a number, and several are words.
+fn is_words(line: &str) -> bool {
+    let mut fields = Vec::new();
+    Separator::of(line).split(line, &mut fields);
+    let numbers = fields.iter().filter(|field| field.parse::<f64>().is_ok());
+    let words = fields.iter().filter(|field| {
+        field
+            .trim_start_matches(['"', '_'])
+            .starts_with(|c: char| c.is_ascii_alphabetic())
+    });
+    numbers.count() == 0 && words.count() >= 2 && fields.iter().any(|field| !is_no_value(field))
+}
+
+/// The names of a header line; blanks within a name, units in brackets behind a blank belong to it.
+fn names(line: &str, separator: Separator) -> Vec<Name> {
+    let line = line.trim_start_matches(['#', '%', ' ']);
+    let mut fields = Vec::new();
+    let own = Separator::of(line);
+    // A comment over a table of commas may name its columns with blanks between.
+    let separator = match separator {
+        Separator::Blanks => own,
+        _ if own == Separator::Blanks => own,
+        other => other,
+    };
+    separator.split(line, &mut fields);
+    let mut joined: Vec<String> = Vec::new();
+    for field in fields {
+        match joined.last_mut() {
+            Some(last) if separator == Separator::Blanks && field.starts_with(['[', '(']) => {
+                last.push_str(field)
+            }
+            _ => joined.push(field.to_owned()),
+        }
+    }
+    joined.iter().map(|name| Name::new(name)).collect()
+}
+
+impl Layout {
+    /// Finds the layout of a text.
+    pub fn find(path: &Path, text: &Text<'_>, options: &LoadOptions) -> Result<Self, Error> {
+        let head = Head::new(text);
+        let Some(first) = head.data.first() else {
+            if let Some(line) = head.header {
+                let names = names(line.text, Separator::of(line.text));
+                if let Err(missing) =
+                    Self::from_roles(&by_header(&names), &names, Separator::Blanks, 0)
+                {
+                    return Err(not_understood(path, line, &names, &missing));
+                }
+            }
+            let found = match (head.header, head.comment) {
+                (Some(_), _) => "only a header",
+                (_, Some(_)) => "only comments",
+                _ => "only blank lines",
+            };
+            return Err(unknown(
+                path,
+                Place::File,
+                found,
+                "the recording may have failed",
+            ));
+        };
+        let separator = head
+            .data
+            .iter()
+            .map(|line| Separator::of(line.text))
+            .find(|separator| *separator != Separator::Blanks)
+            .unwrap_or(Separator::Blanks);
+        let mut fields = Vec::new();
+        separator.split(first.text, &mut fields);
+        let width = fields.len();
+        let header = head.header.map(|line| (line, names(line.text, separator)));
+        let comment = head.comment.map(|line| (line, names(line.text, separator)));
+        let plain_names = |names: &[Name]| {
+            names
+                .iter()
+                .map(|name| name.text.clone())
+                .collect::<Vec<_>>()
+        };
+        if let Some(columns) = &options.columns {
+            let named = header
+                .as_ref()
+                .or(comment.as_ref())
+                .map_or(&[][..], |(_, names)| names);
+            let roles = columns.resolve(&plain_names(named)).map_err(|missing| {
+                let found = if named.is_empty() {
+                    "no header".to_owned()
+                } else {
+                    format!("`{}`", shorten(&plain_names(named).join(",")))
+                };
+                Error::input(
+                    path,
+                    Place::File,
+                    format!("a column `{missing}`"),
+                    found,
+                    "say columns by the names in the header or by number from 1",
+                )
+                .option(ReadOption::Columns)
+            })?;
+            let mut layout =
+                Self::from_roles(&roles, named, separator, width).map_err(|missing| {
+                    Error::input(
+                        path,
+                        first.place(),
+                        "columns that make a pose",
+                        missing,
+                        "name position and rotation",
+                    )
+                    .option(ReadOption::Columns)
+                })?;
+            layout.order = Order::Given;
+            layout.header_line = header.map(|(line, _)| line.number);
+            return Ok(layout);
+        }
+        if let Some((line, names)) = &header {
+            let roles = by_header(names);
+            return match Self::from_roles(&roles, names, separator, width) {
+                Ok(mut layout) => {
+                    layout.header_line = Some(line.number);
+                    layout.name_columns(names);
+                    Ok(layout)
+                }
+                Err(missing) => {
+                    // A title over numbers is no header.
+                    if roles.is_empty()
+                        && names.len() != width
+                        && let Ok(mut layout) = Self::by_numbers(path, &head, separator)
+                    {
+                        layout.header_line = Some(line.number);
+                        return Ok(layout);
+                    }
+                    Err(not_understood(path, *line, names, &missing))
+                }
+            };
+        }
+        if let Some((line, names)) = &comment {
+            let roles = by_header(names);
+            let fits = names.len() == width
+                || roles.iter().all(|(_, column)| *column < width) && roles.len() >= 7;
+            if fits && let Ok(mut layout) = Self::from_roles(&roles, names, separator, width) {
+                layout.name_columns(names);
+                return Ok(layout);
+            }
+            if names.len() == width && roles.len() >= 4 && separator != Separator::Blanks {
+                let missing = Self::from_roles(&roles, names, separator, width)
+                    .err()
+                    .unwrap_or_default();
+                return Err(not_understood(path, *line, names, &missing));
+            }
+        }
+        Self::by_numbers(path, &head, separator)
+    }
+
+    /// The layout of a format that the user named.
+    pub fn of_format(format: Format, separator: Separator) -> Self {
+        let mut layout = Self {
+            format,
+            separator,
+            columns: 8,
+            more: false,
+            stamp: Stamp::Column(0, None),
+            position: [1, 2, 3],
+            rotation: Rotation::Quaternion([7, 4, 5, 6]),
+            order: Order::Habit,
+            last_row: None,
+            names: Vec::new(),
+            header_line: None,
+            remarks: Vec::new(),
+        };
+        match format {
+            Format::Kitti => {
+                layout.columns = 12;
+                layout.stamp = Stamp::None;
+                layout.set_matrix(0, 12, false);
+            }
+            Format::Euroc => {
+                layout.set_quaternion(1, false);
+                layout.more = true;
+            }
+            _ => {}
+        }
+        layout
+    }
+}
+
+impl Line<'_> {
+    /// Where it is.
+    pub fn place(&self) -> Place {
+        Place::Line(self.number)
+    }
+}
+
+/// The error for a file that is no log.
+pub(crate) fn unknown(path: &Path, place: Place, found: &str, hint: &str) -> Error {
+    let expected = "poses as text (KITTI, TUM, EuRoC, RobotCar, csv with named columns, matrices), npy, or a recording";
+    Error::input(path, place, expected, found, hint).option(ReadOption::Format)
+}
+
+fn not_understood(path: &Path, line: Line<'_>, names: &[Name], missing: &str) -> Error {
+    let has = |wanted: &str| names.iter().any(|name| name.plain == wanted);
+    let hint = if has("northing") && has("easting") {
+        "RobotCar poses with orientation are in gps/ins.csv, gps/rtk.csv and vo/vo.csv"
+    } else if names
+        .iter()
+        .any(|name| name.plain.starts_with("w_rs") || name.plain.starts_with("a_rs"))
+    {
+        "EuRoC poses are in state_groundtruth_estimate0/data.csv; sensor files have no orientation"
+    } else {
+        "these column names were not understood; say which columns hold the pose"
+    };
+    let header: Vec<&str> = names.iter().map(|name| name.text.as_str()).collect();
+    Error::input(
+        path,
+        line.place(),
+        "a header that names the columns of a pose",
+        format!("{missing} in `{}`", shorten(&header.join(","))),
+        hint,
+    )
+    .option(ReadOption::Columns)
+}

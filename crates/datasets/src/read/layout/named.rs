@@ -1,0 +1,155 @@
+//! Layouts from the names of columns.
+
+use super::{Layout, Order, Rotation, Stamp};
+use crate::read::columns::{Name, Role, stamp_unit};
+use crate::read::table::Separator;
+use crate::{Format, ReadOption, Remark, RemarkKind, StampUnit};
+
+impl Layout {
+    /// The layout that named columns make; what is missing otherwise.
+    pub(super) fn from_roles(
+        roles: &[(Role, usize)],
+        names: &[Name],
+        separator: Separator,
+        width: usize,
+    ) -> Result<Self, String> {
+        let find = |role: Role| {
+            roles
+                .iter()
+                .find(|(known, _)| *known == role)
+                .map(|(_, column)| *column)
+        };
+        let all = |make: fn(usize) -> Role, count: usize| {
+            (0..count)
+                .map(|index| find(make(index)))
+                .collect::<Option<Vec<usize>>>()
+        };
+        let unit = |column: usize| names.get(column).and_then(|name| name.unit.as_deref());
+        let Some(position) = all(Role::Position, 3) else {
+            return Err("no columns for the position x, y, z".to_owned());
+        };
+        let (quaternion, matrix, angles) = (
+            all(Role::Quaternion, 4),
+            all(Role::Matrix, 9),
+            all(Role::Angle, 3),
+        );
+        let rotation = if let Some(columns) = quaternion {
+            Rotation::Quaternion([columns[0], columns[1], columns[2], columns[3]])
+        } else if let Some(columns) = matrix {
+            Rotation::Matrix(std::array::from_fn(|index| columns[index]))
+        } else if let Some(columns) = angles {
+            let degrees = unit(columns[2]).and_then(|unit| {
+                if unit.starts_with("deg") || unit == "\u{b0}" {
+                    Some(true)
+                } else if unit.starts_with("rad") {
+                    Some(false)
+                } else {
+                    None
+                }
+            });
+            Rotation::Angles([columns[0], columns[1], columns[2]], degrees)
+        } else {
+            return Err(
+                "positions without a rotation (a quaternion, roll, pitch and yaw, or a matrix)"
+                    .to_owned(),
+            );
+        };
+        let stamp = match (
+            find(Role::Stamp),
+            find(Role::Seconds),
+            find(Role::Nanoseconds),
+        ) {
+            (Some(column), None, _) | (Some(column), _, None) => {
+                Stamp::Column(column, unit(column).and_then(stamp_unit))
+            }
+            (_, Some(seconds), Some(nanoseconds)) => Stamp::Pair(seconds, nanoseconds),
+            (None, Some(seconds), None) => Stamp::Column(seconds, Some(StampUnit::Seconds)),
+            (None, None, _) => Stamp::None,
+        };
+        let mut used: Vec<usize> = position.clone();
+        used.extend(match &rotation {
+            Rotation::Quaternion(columns) => &columns[..],
+            Rotation::Matrix(columns) => &columns[..],
+            Rotation::Angles(columns, _) | Rotation::Vector(columns) => &columns[..],
+        });
+        match stamp {
+            Stamp::Column(column, _) | Stamp::Index(column) => used.push(column),
+            Stamp::Pair(a, b) => used.extend([a, b]),
+            Stamp::None => {}
+        }
+        let columns = used.iter().max().map_or(0, |column| column + 1);
+        if columns > width && width > 0 {
+            return Err(format!(
+                "{width} fields a line where the header names column {columns}"
+            ));
+        }
+        let tum = separator == Separator::Blanks
+            && matches!(stamp, Stamp::Column(0, _))
+            && position == [1, 2, 3]
+            && matches!(rotation, Rotation::Quaternion(_));
+        let euroc = separator == Separator::Character(',')
+            && names.iter().any(|name| name.plain == "q_rs_w");
+        Ok(Self {
+            format: if euroc {
+                Format::Euroc
+            } else if tum {
+                Format::Tum
+            } else {
+                Format::Csv
+            },
+            separator,
+            columns,
+            more: true,
+            stamp,
+            position: [position[0], position[1], position[2]],
+            rotation,
+            order: Order::Header,
+            last_row: None,
+            names: names.iter().map(|name| name.text.clone()).collect(),
+            header_line: None,
+            remarks: Vec::new(),
+        })
+    }
+
+    /// Says which columns a header named, where that is not the habit of the format.
+    pub(super) fn name_columns(&mut self, names: &[Name]) {
+        let name = |column: usize| names.get(column).map_or("?", |name| name.text.as_str());
+        let rotation: Vec<&str> = match &self.rotation {
+            Rotation::Quaternion(columns) => columns.iter().map(|column| name(*column)).collect(),
+            Rotation::Matrix(columns) => vec![name(columns[0]), "...", name(columns[8])],
+            Rotation::Angles(columns, _) | Rotation::Vector(columns) => {
+                columns.iter().map(|column| name(*column)).collect()
+            }
+        };
+        if let Rotation::Angles(columns, _) = self.rotation
+            && names
+                .get(columns[2])
+                .is_some_and(|name| !name.plain.contains("yaw"))
+        {
+            let text = format!(
+                "the column `{}` is taken as yaw, counter-clockwise about the third axis",
+                name(columns[2])
+            );
+            self.remarks
+                .push(Remark::new(RemarkKind::Angles, text).option(ReadOption::Columns));
+        }
+        if self.format != Format::Csv {
+            return;
+        }
+        let stamp = match self.stamp {
+            Stamp::None => "no stamp".to_owned(),
+            Stamp::Column(column, _) | Stamp::Index(column) => {
+                format!("stamp from `{}`", name(column))
+            }
+            Stamp::Pair(a, b) => format!("stamp from `{}` and `{}`", name(a), name(b)),
+        };
+        let position: Vec<&str> = self.position.iter().map(|column| name(*column)).collect();
+        let text = format!(
+            "columns by the header: {stamp}, position from `{}`, rotation from `{}`",
+            position.join(" "),
+            rotation.join(" ")
+        );
+        self.remarks
+            .push(Remark::new(RemarkKind::Columns, text).option(ReadOption::Columns));
+    }
+}

@@ -1,0 +1,94 @@
+//! The numbers of the first rows of a text, from which units and orders are told.
+
+use std::path::Path;
+
+use dose3_lie::Vector;
+
+use super::rows::number;
+use crate::read::layout::{Layout, Rotation, Stamp};
+use crate::read::table::{Row, after_point};
+use crate::read::text::Line;
+
+/// Rows looked at to tell units and orders.
+pub(crate) const SAMPLE: usize = 5000;
+/// Rows whose digits are counted.
+const ROWS_FOR_DIGITS: usize = 100;
+
+/// The numbers of the first rows.
+pub(crate) struct Sample {
+    pub stamps: Vec<f64>,
+    /// Whether all stamps are whole numbers.
+    pub whole: bool,
+    pub positions: Vec<Vector>,
+    /// The numbers of the rotation, in the order of its columns.
+    pub rotations: Vec<[f64; 4]>,
+}
+
+impl Sample {
+    /// The numbers of the first lines of data.
+    pub fn new(path: &Path, lines: &[Line<'_>], layout: &Layout) -> Self {
+        let mut sample = Self {
+            stamps: Vec::new(),
+            whole: true,
+            positions: Vec::new(),
+            rotations: Vec::new(),
+        };
+        let columns: &[usize] = match &layout.rotation {
+            Rotation::Quaternion(columns) => columns,
+            Rotation::Angles(columns, _) => columns,
+            Rotation::Matrix(_) | Rotation::Vector(_) => &[],
+        };
+        let mut fields = Vec::new();
+        for line in lines.iter().take(SAMPLE) {
+            layout.separator.split(line.text, &mut fields);
+            let row = Row::new(path, line, &fields);
+            let number = |column: usize| number(&row, column);
+            if let Stamp::Column(column, _) = layout.stamp
+                && let Some(value) = number(column)
+            {
+                sample.whole &= value.fract() == 0.0;
+                sample.stamps.push(value);
+            }
+            let [Some(x), Some(y), Some(z)] = layout.position.map(number) else {
+                continue;
+            };
+            let mut values = [0.0; 4];
+            let all =
+                columns
+                    .iter()
+                    .zip(&mut values)
+                    .all(|(column, value)| match number(*column) {
+                        Some(found) => {
+                            *value = found;
+                            true
+                        }
+                        None => false,
+                    });
+            if all && (columns.len() == 3 || values.iter().any(|value| *value != 0.0)) {
+                sample.positions.push(Vector::new(x, y, z));
+                sample.rotations.push(values);
+            }
+        }
+        sample
+    }
+}
+
+/// Decimals of the matrices of a file that has only two or three, and the deviation from orthogonality that follows:
+/// an entry of R^T R is off by at most half a last digit times twice the norm of a row, the root of three.
+pub(super) fn coarseness(lines: &[Line<'_>], layout: &Layout) -> Option<(usize, f64)> {
+    let Rotation::Matrix(columns) = &layout.rotation else {
+        return None;
+    };
+    let mut fields = Vec::new();
+    let mut decimals = 0;
+    for line in lines.iter().take(ROWS_FOR_DIGITS) {
+        layout.separator.split(line.text, &mut fields);
+        for field in columns.iter().filter_map(|column| fields.get(*column)) {
+            if field.contains(['e', 'E']) {
+                return None;
+            }
+            decimals = decimals.max(after_point(field));
+        }
+    }
+    matches!(decimals, 2 | 3).then(|| (decimals, 2.0 * 10_f64.powi(-(decimals as i32))))
+}
