@@ -19,6 +19,9 @@ pub struct LoadReport {
     pub repeated_poses: usize,
     /// Poses left out because their stamp was already taken by a different pose; the first one is kept.
     pub conflicting_stamps: usize,
+    /// The stamps of both, nanoseconds, in order.
+    #[serde(skip)]
+    pub repeated_stamps: Vec<i64>,
     /// Quaternions whose norm was off by more than the rounding of the file (0.001) and was set to 1.
     pub quaternions_normalised: usize,
     /// Rotation matrices off by more than rounding (1e-5) that were replaced by the nearest rotation.

@@ -202,11 +202,7 @@ fn a_broken_file_is_an_error_that_names_the_part() {
             "beyond",
         ),
         ("/calibration/windows/0", serde_json::json!(null), "null"),
-        (
-            "/calibration/windows",
-            serde_json::json!([1.0]),
-            "differ in number",
-        ),
+        ("/calibration/windows", serde_json::json!([1.0]), "add up"),
         (
             "/calibration/tests/0/0/scores",
             serde_json::json!([1.0]),
@@ -215,7 +211,7 @@ fn a_broken_file_is_an_error_that_names_the_part() {
         (
             "/calibration/tests",
             serde_json::json!([[], []]),
-            "stretches",
+            "tests of the settings",
         ),
         (
             "/calibration/units/1/left_out",

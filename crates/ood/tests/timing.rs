@@ -287,3 +287,40 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn stamps_that_scatter_are_not_poses_that_are_missing() {
+    // 20 ms of jitter on 50 ms: one step in five is longer than 75 ms.
+    let reference = trusted(0.0005);
+    let log = stamps(9, 3000, 0.02);
+    let said = words(&reference, &log).join("; ");
+    assert!(
+        said.contains("irregular") && !said.contains("missing"),
+        "{said}"
+    );
+    // Poses that are missing are named beside such jitter too.
+    let said = words(&reference, &lossy(&log, 3)).join("; ");
+    assert!(
+        said.contains("irregular") && chance(&reference, &lossy(&log, 3)) < 1e-3,
+        "{said}"
+    );
+    let steady = words(&reference, &lossy(&stamps(9, 3000, 0.0005), 3)).join("; ");
+    assert!(steady.contains("missing"), "{steady}");
+}
+
+#[test]
+fn rows_that_were_left_out_as_repetitions_count() {
+    let reference = trusted(0.0005);
+    let log = stamps(9, 3000, 0.0005);
+    let repeated: Vec<i64> = (400..600).step_by(5).map(|i| log[i]).collect();
+    let cadence = Cadence::of(&log).unwrap();
+    assert!(reference.judge(&cadence, 0.005).events.is_empty());
+    let verdict = reference.judge(&cadence.with_repeated(&repeated), 0.005);
+    assert_eq!(verdict.decided, Symptom::Crowded);
+    let [TimingEvent::Crowded { poses, share, .. }] = &verdict.events[..] else {
+        panic!("{:?}", verdict.events);
+    };
+    // From the step into pose 400 to the step into pose 595.
+    assert_eq!(*poses, 399..596);
+    assert!((share - 40.0 / 236.0).abs() < 1e-12, "{share}");
+}

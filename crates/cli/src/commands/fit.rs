@@ -8,21 +8,21 @@ use crate::output_file::{DETECTOR, OutputFile};
 use crate::terminal::{Bar, count, progress, say};
 use anyhow::Result;
 use dose3::datasets::make_unique;
-use dose3::{Detector, DetectorBuilder, FitOptions, Trajectory};
+use dose3::detector::LeftOut;
+use dose3::{Detector, FitOptions, Trajectory};
 
 pub fn run(args: &Fit) -> Result<()> {
     let out = OutputFile::new(&args.out, DETECTOR, args.force)?;
     let builder = Detector::builder()
         .model(model(&args.model)?)
         .options(options(args)?)
-        .computing(computing(&args.computing));
-    let mut trusted = trusted(args)?;
-    if !args.reading.strict {
-        leave_out(&builder, &mut trusted)?;
-    }
+        .computing(computing(&args.computing))
+        .leave_out(!args.reading.strict);
+    let trusted = trusted(args)?;
     let mut bar = Bar(progress(0, "statistics", false)?);
     let fitted = builder.run(&trusted, &mut bar)?;
     bar.0.finish_and_clear();
+    say_left_out(&fitted.left_out, &trusted);
     out.save(&fitted.detector.to_bytes()?)?;
     for note in &fitted.notes {
         say(&format!("note: {}", with_flag(note)));
@@ -33,7 +33,7 @@ pub fn run(args: &Fit) -> Result<()> {
         "fitted {} on {} of {} ({} told apart); window threshold {:.3}",
         statistics.config().statistics,
         count(fitted.windows, "window"),
-        count(trusted.len(), "log"),
+        count(trusted.len() - fitted.left_out.len(), "log"),
         calibration.logs,
         calibration.threshold.value()
     ));
@@ -60,28 +60,20 @@ fn options(args: &Fit) -> Result<FitOptions> {
     })
 }
 
-/// Leaves out the logs that a fit would stop at, and says so.
-fn leave_out(builder: &DetectorBuilder, trusted: &mut Vec<Trajectory>) -> Result<()> {
-    let unsuitable = builder.unsuitable(trusted)?;
-    if unsuitable.len() == trusted.len() {
-        // The fit says what is wrong.
-        return Ok(());
-    }
-    for (index, error) in unsuitable.iter().rev() {
-        let log = trusted.remove(*index);
+/// Names the logs that the fit is not of.
+fn say_left_out(left_out: &[LeftOut], trusted: &[Trajectory]) {
+    for left in left_out {
+        let log = &trusted[left.index];
         let name = match log.path.as_os_str().is_empty() {
-            true => log.name,
+            true => log.name.clone(),
             false => log.path.display().to_string(),
         };
-        say(&format!("left out {name}: {error}"));
+        say(&format!("left out {name}: {}", left.reason));
     }
-    if !unsuitable.is_empty() {
-        say(&format!(
-            "{} left out (--strict stops instead)",
-            count(unsuitable.len(), "log")
-        ));
+    if !left_out.is_empty() {
+        let logs = count(left_out.len(), "log");
+        say(&format!("{logs} left out (--strict stops instead)"));
     }
-    Ok(())
 }
 
 /// The logs that paths and list name, in the groups that the user wants.

@@ -65,10 +65,13 @@ pub fn check(name: &str, path: &Path, folder: &Path, options: &LoadOptions, outc
             let mut expected = LoadReport {
                 largest_rotation_error: log.report.largest_rotation_error,
                 remarks: log.report.remarks.clone(),
+                repeated_stamps: log.report.repeated_stamps.clone(),
                 ..LoadReport::default()
             };
             change(&mut expected);
             assert_eq!(log.report, expected, "{name}");
+            let repeated = expected.repeated_poses + expected.conflicting_stamps;
+            assert_eq!(log.report.repeated_stamps.len(), repeated, "{name}");
             assert_eq!(log.len(), *poses, "{name}");
             assert_eq!(
                 log.report.is_clean(),

@@ -19,12 +19,16 @@ use dose3_ood::{
     Combination, DensityConfig, DetectorConfig, DetectorStatistics, Place, PoseReference,
     StatisticsSet,
 };
+use std::borrow::Cow;
 
 /// The statistics of the default detector: a test of kinematics, robust differences and what a linear prediction
 /// leaves over, and one of how the axes go together; a density for each block.
 pub const MOTION_STATISTICS: &str = "kinematic,differences,lin/cc";
 /// Shares of alpha of its tests.
 pub const MOTION_SHARES: [f64; 2] = [0.75, 0.25];
+
+/// With fewer trusted windows, fewer than ten lie beyond the 0.9 quantile, where the tail of chances begins.
+const FEW_WINDOWS: usize = 100;
 
 /// What a model is best used with where the user says nothing; measured by
 /// `cargo xtask benchmark --faults --part validation` (docs/METHOD.md).
@@ -133,6 +137,7 @@ pub struct DetectorBuilder {
     model: Option<Model>,
     options: FitOptions,
     computing: Computing,
+    leave_out: bool,
 }
 
 /// A fitted detector with what the user should know.
@@ -144,6 +149,17 @@ pub struct Fitted {
     pub windows: usize,
     /// What was said of the trusted logs, each once.
     pub notes: Vec<Note>,
+    /// Logs that the fit would have stopped at ([`DetectorBuilder::leave_out`]).
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A log that the fit is not of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOut {
+    /// Its index among the logs given.
+    pub index: usize,
+    /// What is wrong with it.
+    pub reason: String,
 }
 
 impl DetectorBuilder {
@@ -189,6 +205,14 @@ impl DetectorBuilder {
         self
     }
 
+    /// Whether logs that a fit would stop at (in another frame than the first log, too slow, shorter than a window) are
+    /// left out of it and named, as long as one is left.
+    #[must_use]
+    pub fn leave_out(mut self, leave_out: bool) -> Self {
+        self.leave_out = leave_out;
+        self
+    }
+
     /// Fits to the trusted logs.
     ///
     /// # Errors
@@ -209,37 +233,6 @@ impl DetectorBuilder {
         }
     }
 
-    /// The logs that a fit would stop at, with what is wrong with each: in another frame than the first log, too
-    /// slow, shorter than a window.
-    ///
-    /// # Errors
-    /// No log; settings that cannot be.
-    pub fn unsuitable(&self, trusted: &[Trajectory]) -> Result<Vec<(usize, Error)>> {
-        let built_in;
-        let model = match &self.model {
-            Some(model) => model,
-            None => {
-                built_in = built_in::motion()?;
-                &built_in
-            }
-        };
-        let needs = needs(model, trusted, &self.statistics_of(model)?)?;
-        let poses = model.header.representation.kind.poses(model.header.window);
-        let wrong = |log: &Trajectory| -> Result<()> {
-            let (log, _) = conform(log, &needs)?;
-            windows_of_each(
-                std::slice::from_ref(log.as_ref()),
-                poses,
-                self.options.stride,
-            )?;
-            Ok(())
-        };
-        let all = trusted.iter().enumerate();
-        Ok(all
-            .filter_map(|(i, log)| Some((i, wrong(log).err()?)))
-            .collect())
-    }
-
     fn run_on(
         &self,
         model: &Model,
@@ -256,9 +249,22 @@ impl DetectorBuilder {
             let expected = "a share between 0 and 1";
             return Err(Error::setting(Setting::Alpha, options.alpha, expected));
         }
-        let (logs, needs, mut notes) = brought_together(model, trusted, &statistics)?;
         let mut probe = Probe::for_sets(model, &plan, [&statistics], self.computing)?;
+        let Together {
+            trusted,
+            logs,
+            needs,
+            mut notes,
+            left_out,
+        } = self.brought_together(model, trusted, &statistics, probe.poses())?;
+        let trusted = trusted.as_ref();
         let windows = windows_of_each(&logs, probe.poses(), options.stride)?;
+        if windows.len() < FEW_WINDOWS {
+            notes.push(Note::FewWindows {
+                windows: windows.len(),
+                needed: FEW_WINDOWS,
+            });
+        }
         let config = self.config(model, statistics, &plan);
         config.check()?;
 
@@ -335,6 +341,64 @@ impl DetectorBuilder {
             detector: Detector::new(model.clone(), header, self.computing),
             windows: total,
             notes,
+            left_out,
+        })
+    }
+
+    /// Each log is resampled once, however many are left out.
+    fn brought_together<'a>(
+        &self,
+        model: &Model,
+        trusted: &'a [Trajectory],
+        statistics: &StatisticsSet,
+        poses: usize,
+    ) -> Result<Together<'a>> {
+        let needs = needs(model, trusted, statistics)?;
+        let (mut logs, mut notes, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+        let mut first_error = None;
+        for (index, log) in trusted.iter().enumerate() {
+            let conformed = conform(log, &needs).and_then(|(log, said)| {
+                let one = std::slice::from_ref(log.as_ref());
+                windows_of_each(one, poses, self.options.stride)?;
+                Ok((log.into_owned(), said))
+            });
+            match conformed {
+                Ok((log, said)) => {
+                    logs.push(log);
+                    notes.extend(said);
+                }
+                Err(error) if self.leave_out => {
+                    let reason = error.to_string();
+                    left_out.push(LeftOut { index, reason });
+                    first_error.get_or_insert(error);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        if let Some(error) = first_error.filter(|_| logs.is_empty()) {
+            return Err(error);
+        }
+        if needs.representation.kind == Kind::Motion && needs.frame == Frame::Sensor {
+            notes.push(Note::UnknownAxes);
+        }
+        let mut said = Vec::new();
+        notes.retain(|note| {
+            let new = !said.contains(note);
+            said.push(note.clone());
+            new
+        });
+        let is_left = |index: usize| left_out.iter().any(|left| left.index == index);
+        let all = trusted.iter().enumerate();
+        let kept = all.filter(|(index, _)| !is_left(*index));
+        Ok(Together {
+            trusted: match left_out.is_empty() {
+                true => Cow::Borrowed(trusted),
+                false => kept.map(|(_, log)| log.clone()).collect(),
+            },
+            logs,
+            needs,
+            notes,
+            left_out,
         })
     }
 
@@ -403,29 +467,13 @@ fn needs(model: &Model, trusted: &[Trajectory], statistics: &StatisticsSet) -> R
     })
 }
 
-/// The trusted logs as the model needs them, what that is, and what there is to say of it.
-fn brought_together(
-    model: &Model,
-    trusted: &[Trajectory],
-    statistics: &StatisticsSet,
-) -> Result<(Vec<Trajectory>, Needs, Vec<Note>)> {
-    let needs = needs(model, trusted, statistics)?;
-    let (mut logs, mut notes) = (Vec::new(), Vec::new());
-    for log in trusted {
-        let (log, said) = conform(log, &needs)?;
-        logs.push(log.into_owned());
-        notes.extend(said);
-    }
-    if needs.representation.kind == Kind::Motion && needs.frame == Frame::Sensor {
-        notes.push(Note::UnknownAxes);
-    }
-    let mut said = Vec::new();
-    notes.retain(|note| {
-        let new = !said.contains(note);
-        said.push(note.clone());
-        new
-    });
-    Ok((logs, needs, notes))
+/// The trusted logs that can be used, as they were given and as the model needs them.
+struct Together<'a> {
+    trusted: Cow<'a, [Trajectory]>,
+    logs: Vec<Trajectory>,
+    needs: Needs,
+    notes: Vec<Note>,
+    left_out: Vec<LeftOut>,
 }
 
 /// The values that plain quantities take in those of `logs` that are `kept`, by pose and by window.

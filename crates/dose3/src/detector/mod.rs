@@ -6,7 +6,9 @@ mod judge;
 mod loaded;
 mod whole;
 
-pub use fit::{Defaults, DetectorBuilder, FitOptions, Fitted, MOTION_SHARES, MOTION_STATISTICS};
+pub use fit::{
+    Defaults, DetectorBuilder, FitOptions, Fitted, LeftOut, MOTION_SHARES, MOTION_STATISTICS,
+};
 pub use header::{DetectorHeader, KEY, VERSION};
 pub use judge::JudgeOptions;
 pub use whole::{CALIBRATION_SHARE, TIMING_SHARE, WholeFindings, WholeReference};

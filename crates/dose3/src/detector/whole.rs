@@ -112,7 +112,8 @@ impl WholeFindings {
 /// The stamps as they were recorded; none where the file has none.
 fn cadence(log: &Trajectory) -> Option<Cadence<'_>> {
     let stamped = log.rate.source == RateSource::Stamps;
-    stamped.then(|| Cadence::of(log.source_stamps()))?
+    let cadence = stamped.then(|| Cadence::of(log.source_stamps()))??;
+    Some(cadence.with_repeated(&log.report.repeated_stamps))
 }
 
 fn fit_timing(logs: &[Trajectory], groups: &LogGroups) -> Result<Option<TimingReference>> {

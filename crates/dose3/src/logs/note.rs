@@ -47,6 +47,13 @@ pub enum Note {
         /// What they share.
         shared: Shared,
     },
+    /// There is little trusted motion.
+    FewWindows {
+        /// Trusted windows.
+        windows: usize,
+        /// From so many on a tail of chances rests on ten windows.
+        needed: usize,
+    },
     /// A trusted group of logs is unlike the others.
     UnlikeTheOthers {
         /// Name of the group.
@@ -111,6 +118,11 @@ impl fmt::Display for Note {
                     100.0 * share
                 ),
             },
+            Self::FewWindows { windows, needed } => write!(
+                f,
+                "only {windows} trusted windows, {needed} or more are needed for chances that mean what they say: \
+                 trust more or longer logs"
+            ),
             Self::UnlikeTheOthers {
                 group,
                 log,

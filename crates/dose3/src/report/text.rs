@@ -62,7 +62,7 @@ impl Report {
             }
             Evidence::Finding(sentence) => sentence.clone(),
         };
-        let chance = chance(e.p_value);
+        let chance = chance_beside(e.p_value, e.alpha);
         writeln!(f, "  decided by  {what} ({})", deciding.name)?;
         writeln!(
             f,
@@ -150,10 +150,11 @@ impl Report {
             let sentence = finding.sentence(self.log.named_axes);
             let called = match finding.called {
                 true => String::new(),
-                false => format!(
-                    ", not called: the others would call {} of {} trusted logs as well",
-                    finding.measured.called, finding.measured.groups
+                false if finding.measured.called > 1 => format!(
+                    ", not called: the trusted logs would call {} of their own {} pieces as well",
+                    finding.measured.called, finding.measured.pieces
                 ),
+                false => ", not enough for a call".to_owned(),
             };
             writeln!(
                 f,
@@ -202,6 +203,17 @@ fn chance(p: f64) -> String {
         p if p >= 0.000_095 => format!("{p:.4}"),
         p => format!("{p:.0e}"),
     }
+}
+
+/// As [`chance`], with so many digits that it lies on the same side of alpha as the number itself.
+fn chance_beside(p: f64, alpha: f64) -> String {
+    let right = |text: &String| {
+        let shown: f64 = text.parse().unwrap_or(p);
+        (shown <= alpha) == (p <= alpha)
+    };
+    let longer = (3..=9).map(|digits| format!("{p:.digits$}"));
+    let mut texts = std::iter::once(chance(p)).chain(longer);
+    texts.find(right).unwrap_or_else(|| p.to_string())
 }
 
 /// `lines 501 to 520`, `line 7`.

@@ -19,17 +19,17 @@ pub struct Calibration {
     /// Scores beyond this are beyond the window threshold: the bottom `window_alpha` of the
     /// held-out likelihoods.
     pub threshold: Score,
-    /// Held-out window scores, over all tests.
+    /// Held-out window scores, over all tests, of the groups that every test compares with.
     pub windows: Reference,
-    /// Held-out window scores of each group of statistics.
+    /// Held-out window scores of each group of statistics, of the groups that its test compares with.
     pub groups: Vec<Reference>,
-    /// Held-out window scores of each test in order of time; none in files of older versions, which kept
+    /// Held-out window scores of each test in order of time, of the groups that it compares with; none in files of older versions, which kept
     /// no order.
     #[serde(default)]
     pub tests: Vec<Vec<Stretch>>,
     /// Whether groups of logs or blocks of them were held out.
     pub unit: Unit,
-    /// Number of groups of trusted logs that are compared with.
+    /// Number of groups of trusted logs that every test compares with.
     pub logs: usize,
     /// What each held-out group (or block) showed.
     pub units: Vec<UnitCalibration>,
@@ -50,7 +50,7 @@ pub struct UnitCalibration {
     pub beyond: usize,
     /// Mean window score.
     pub mean_score: Score,
-    /// Whether the audit left it out of what new logs are compared with.
+    /// Whether the audit left it out of what new logs are compared with by some test.
     #[serde(default)]
     pub left_out: bool,
 }
@@ -83,20 +83,23 @@ fn calibration(
         scores,
         findings,
     } = audited;
-    let is_kept = |row: usize| kept[held_out.places[row].group];
-    let rows = (0..held_out.windows()).filter(|&row| is_kept(row));
+    // Over all tests, a window is compared with those of groups that every test keeps.
+    let everywhere: Vec<bool> = (0..names.len())
+        .map(|group| kept.iter().all(|test| test[group]))
+        .collect();
+    let rows = (0..held_out.windows()).filter(|&row| everywhere[held_out.places[row].group]);
     let windows = Reference::new(rows.map(|row| scores.windows[row]).collect())?;
-    let tests = scores.tests.iter();
+    let tests = scores.tests.iter().zip(&kept);
     Ok(Calibration {
         threshold: windows.threshold(held_out.config.window_alpha),
         windows,
-        groups: held_out.references(is_kept)?,
+        groups: held_out.references(|test, row| kept[test][held_out.places[row].group])?,
         tests: tests
-            .map(|test| held_out.stretches(test, |group| kept[group]))
+            .map(|(scores, kept)| held_out.stretches(scores, |group| kept[group]))
             .collect(),
         unit: held_out.plan.unit(),
-        logs: held_out.plan.logs() - kept.iter().filter(|kept| !**kept).count(),
-        units: units(held_out, &scores.windows, &kept, names)?,
+        logs: held_out.plan.logs() - everywhere.iter().filter(|kept| !**kept).count(),
+        units: units(held_out, &scores.windows, &everywhere, names)?,
         audit: findings,
     })
 }
@@ -162,16 +165,26 @@ impl Calibration {
         };
         expect_len("groups of the calibration", groups, self.groups.len())?;
         let windows = self.windows.len();
-        if self.groups.iter().any(|g| g.len() != windows) {
-            return wrong("groups and windows differ in number");
-        }
-        let ordered = |test: &Vec<Stretch>| test.iter().map(|s| s.scores.len()).sum::<usize>();
-        if self.tests.iter().any(|test| ordered(test) != windows) {
-            return wrong("the tests' stretches do not add up to its windows");
-        }
         let tests = config.statistics.tests();
         if self.tests.len() != tests && !(self.tests.is_empty() && tests == 1) {
             return wrong("it has not the tests of the settings");
+        }
+        // What one test leaves out another may keep.
+        let ordered = |test: &Vec<Stretch>| test.iter().map(|s| s.scores.len()).sum::<usize>();
+        let of_tests: Vec<usize> = match self.tests.is_empty() {
+            true => vec![windows],
+            false => self.tests.iter().map(ordered).collect(),
+        };
+        if of_tests.iter().any(|found| *found < windows) {
+            return wrong("the tests' stretches do not add up to its windows");
+        }
+        let of_groups = config.statistics.test_groups();
+        let pairs = of_groups.into_iter().zip(of_tests);
+        if pairs.into_iter().any(|(groups, found)| {
+            let groups = self.groups.get(groups);
+            groups.is_none_or(|groups| groups.iter().any(|g| g.len() != found))
+        }) {
+            return wrong("groups and windows differ in number");
         }
         let kept = self.units.iter().filter(|u| !u.left_out);
         if kept.map(|u| u.windows).sum::<usize>() != windows {

@@ -19,8 +19,10 @@ pub(super) struct HeldOut<'a> {
     pub places: &'a [Place],
     pub tests: Vec<Range<usize>>,
     raw: Vec<RawScores>,
-    groups: usize,
 }
+
+/// Whether each group of logs is among those that new logs are compared with, `[test][group]`.
+pub(super) type Kept = [Vec<bool>];
 
 /// Scores of all trusted windows, left-out ones included.
 pub(super) struct Scores {
@@ -68,7 +70,6 @@ impl<'a> HeldOut<'a> {
             places,
             tests: config.statistics.test_groups(),
             raw,
-            groups: groups.len(),
         })
     }
 
@@ -76,11 +77,17 @@ impl<'a> HeldOut<'a> {
         self.raw.len()
     }
 
-    /// Per group of statistics, the raw scores of the windows that `keep` names.
-    pub fn references(&self, keep: impl Fn(usize) -> bool + Sync) -> Result<Vec<Reference>, Error> {
-        (0..self.groups)
-            .map(|group| {
-                let kept = self.raw.iter().enumerate().filter(|(row, _)| keep(*row));
+    /// Per group of statistics, the raw scores of the windows that `keep` names for its test.
+    pub fn references(
+        &self,
+        keep: impl Fn(usize, usize) -> bool + Sync,
+    ) -> Result<Vec<Reference>, Error> {
+        let tests = self.tests.iter().enumerate();
+        tests
+            .flat_map(|(test, groups)| groups.clone().map(move |group| (test, group)))
+            .map(|(test, group)| {
+                let all = self.raw.iter().enumerate();
+                let kept = all.filter(|(row, _)| keep(test, *row));
                 Reference::new(kept.map(|(_, scores)| scores.groups[group]).collect())
             })
             .collect()
@@ -88,15 +95,17 @@ impl<'a> HeldOut<'a> {
 
     /// The score of every window where the trusted groups that `kept` names are the reference. p-values are
     /// taken from the other units only, as those of a new log will be from the trusted ones.
-    pub fn scores(&self, kept: &[bool]) -> Result<Scores, Error> {
+    pub fn scores(&self, kept: &Kept) -> Result<Scores, Error> {
         let units = self.plan.unit_of();
-        let others = |row: usize, unit: usize| units[row] != unit && kept[self.places[row].group];
+        let others = |test: usize, row: usize, unit: usize| {
+            units[row] != unit && kept[test][self.places[row].group]
+        };
         let by_row = if self.raw.iter().all(|scores| scores.joint.is_some()) {
             self.combine(|_| &[])
         } else {
             let per_unit: Result<Vec<Vec<Reference>>, Error> = (0..self.plan.units())
                 .into_par_iter()
-                .map(|unit| self.references(|row| others(row, unit)))
+                .map(|unit| self.references(|test, row| others(test, row, unit)))
                 .collect();
             let per_unit = per_unit?;
             self.combine(|row| &per_unit[units[row]])
@@ -111,11 +120,11 @@ impl<'a> HeldOut<'a> {
                 let per_unit: Result<Vec<Vec<Reference>>, Error> = (0..self.plan.units())
                     .into_par_iter()
                     .map(|unit| {
-                        let of_test = |test: &Vec<Score>| {
-                            let rows = (0..test.len()).filter(|&row| others(row, unit));
-                            Reference::new(rows.map(|row| test[row]).collect())
+                        let of_test = |(test, scores): (usize, &Vec<Score>)| {
+                            let rows = (0..scores.len()).filter(|&row| others(test, row, unit));
+                            Reference::new(rows.map(|row| scores[row]).collect())
                         };
-                        tests.iter().map(of_test).collect()
+                        tests.iter().enumerate().map(of_test).collect()
                     })
                     .collect();
                 let per_unit = per_unit?;

@@ -25,6 +25,8 @@ pub struct Cadence<'a> {
     settled: usize,
     start: f64,
     spans: Vec<Span>,
+    /// Stamps, in order, of rows that were left out because they repeat the stamp before.
+    repeated: &'a [i64],
 }
 
 /// What goes wrong in some steps.
@@ -71,7 +73,35 @@ impl<'a> Cadence<'a> {
             settled,
             start: pauses.fold(0.0, f64::max),
             spans: spans.collect(),
+            repeated: &[],
         })
+    }
+
+    /// With the stamps, in order, of rows that the reader left out because they repeat the stamp before: a recorder
+    /// that writes poses twice shows in them alone.
+    #[must_use]
+    pub fn with_repeated(mut self, repeated: &'a [i64]) -> Self {
+        self.repeated = repeated;
+        for index in 0..self.spans.len() {
+            let poses = self.spans[index].poses.clone();
+            let (repeated, steps) = (self.repeated_within(&poses), poses.len() - 1);
+            let crowded = &mut self.spans[index].values[Symptom::Crowded as usize];
+            *crowded = (*crowded * steps as f64 + repeated as f64) / (steps + repeated) as f64;
+        }
+        self
+    }
+
+    /// Rows left out between the first and the last of these poses.
+    pub(super) fn repeated_within(&self, poses: &Range<usize>) -> usize {
+        let (first, last) = (self.stamps[poses.start], self.stamps[poses.end - 1]);
+        let before = self.repeated.partition_point(|stamp| *stamp < first);
+        let until = self.repeated.partition_point(|stamp| *stamp <= last);
+        until.saturating_sub(before)
+    }
+
+    /// Whether rows at the stamp of this pose were left out.
+    pub(super) fn is_repeated(&self, pose: usize) -> bool {
+        self.repeated.binary_search(&self.stamps[pose]).is_ok()
     }
 
     /// The median step, seconds.
@@ -146,8 +176,9 @@ fn values(steps: &[f64], period: f64) -> [f64; 5] {
         steps.iter().filter(|step| of(step)).count() as f64 / steps.len() as f64
     };
     let quantile = |sorted: &[f64], q| quantile_sorted(sorted, q) / period;
+    let missing = steps.iter().sum::<f64>() / period - steps.len() as f64;
     [
-        share(&|step| *step >= 1.5 * period),
+        share(&|step| *step >= 1.5 * period).min(missing.max(0.0) / steps.len() as f64),
         (sorted[sorted.len() - 1] - period).max(0.0),
         (quantile(&without_lost, 0.84) - quantile(&without_lost, 0.16)) / 2.0,
         share(&|step| *step < 0.25 * period),

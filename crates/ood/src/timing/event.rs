@@ -166,7 +166,7 @@ fn stretches(
 }
 
 fn missing(log: &Cadence<'_>, poses: Range<usize>, trusted: f64) -> TimingEvent {
-    let poses = narrowed(log, poses, |step| step >= 1.5 * log.period());
+    let poses = narrowed(poses, |pose| log.step(pose) >= 1.5 * log.period());
     let lost: f64 = steps(log, &poses)
         .map(|step| ((step / log.period()).round() - 1.0).max(0.0))
         .sum();
@@ -179,20 +179,21 @@ fn missing(log: &Cadence<'_>, poses: Range<usize>, trusted: f64) -> TimingEvent 
 }
 
 fn crowded(log: &Cadence<'_>, poses: Range<usize>, trusted: f64) -> TimingEvent {
-    let is_crowded = |step: f64| step < 0.25 * log.period();
-    let poses = narrowed(log, poses, is_crowded);
-    let count = steps(log, &poses).filter(|step| is_crowded(*step)).count();
+    let is_crowded = |pose: usize| log.step(pose) < 0.25 * log.period();
+    let poses = narrowed(poses, |pose| is_crowded(pose) || log.is_repeated(pose));
+    let own = (poses.start + 1..poses.end).filter(|pose| is_crowded(*pose));
+    let repeated = log.repeated_within(&poses);
     TimingEvent::Crowded {
         seconds: ends(log, &poses),
-        share: count as f64 / (poses.len() - 1) as f64,
+        share: (own.count() + repeated) as f64 / (poses.len() - 1 + repeated) as f64,
         trusted,
         poses,
     }
 }
 
-/// From the first to the last step that shows it.
-fn narrowed(log: &Cadence<'_>, poses: Range<usize>, shows: impl Fn(f64) -> bool) -> Range<usize> {
-    let mut into = (poses.start + 1..poses.end).filter(|pose| shows(log.step(*pose)));
+/// From the first to the last step that shows it, named by the pose that it leads to.
+fn narrowed(poses: Range<usize>, shows: impl Fn(usize) -> bool) -> Range<usize> {
+    let mut into = (poses.start + 1..poses.end).filter(|pose| shows(*pose));
     match into.next() {
         None => poses,
         Some(first) => first - 1..into.next_back().unwrap_or(first) + 1,

@@ -8,7 +8,8 @@ use std::fmt;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Symptom {
-    /// Share of steps of a period and a half or more: at least one pose is missing.
+    /// Share of steps of a period and a half or more, but no more than the share of poses by which the span is short:
+    /// where stamps only scatter, long steps are made up for by short ones, and no pose is missing.
     Lost,
     /// The longest step, less the period, seconds.
     Pause,

@@ -89,19 +89,25 @@ pub enum Section {
     Lengths,
     /// Verdicts by one, two, three and five trusted logs.
     Few,
+    /// Whole sound logs, each judged by the other groups of logs.
+    Whole,
+    /// Faults of the calibration all over a log.
+    Calibration,
 }
 
 impl Section {
     /// The sections that [`crate::verdicts`] measures.
-    pub const VERDICTS: [Self; 5] = [
+    pub const VERDICTS: [Self; 7] = [
         Self::Couplings,
         Self::Timing,
         Self::Short,
         Self::Lengths,
         Self::Few,
+        Self::Whole,
+        Self::Calibration,
     ];
 
-    const ALL: [(Self, &str); 11] = [
+    const ALL: [(Self, &str); 13] = [
         (Self::Windows, "windows"),
         (Self::Logs, "logs"),
         (Self::Controls, "controls"),
@@ -113,6 +119,8 @@ impl Section {
         (Self::Short, "short"),
         (Self::Lengths, "lengths"),
         (Self::Few, "few"),
+        (Self::Whole, "whole"),
+        (Self::Calibration, "calibration"),
     ];
 }
 

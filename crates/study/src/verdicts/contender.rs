@@ -61,10 +61,11 @@ const fn block(key: &'static str) -> Contender {
 pub const DEFAULT: &str = "default";
 
 /// All of them: the default, the same with less or more, single blocks, methods of others.
-pub const CONTENDERS: [Contender; 13] = [
+pub const CONTENDERS: [Contender; 14] = [
     tests(DEFAULT, MOTION_STATISTICS, Some(&MOTION_SHARES)),
     tests("network as a test", WITH_NETWORK, Some(&[0.6, 0.2, 0.2])),
     tests("network in the sum", IN_THE_SUM, Some(&MOTION_SHARES)),
+    tests("four tests", FOUR_TESTS, Some(&[0.25, 0.3, 0.25, 0.2])),
     tests("one sum", "kinematic,differences,lin,cc", None),
     tests("sum without cc", "kinematic,differences,lin", None),
     block("kinematic"),
@@ -87,6 +88,8 @@ pub const CONTENDERS: [Contender; 13] = [
 
 /// The network's block with a share of alpha of its own.
 const WITH_NETWORK: &str = "kinematic,differences,lin/cc/residual+eps-mean";
+/// Each block with a share of alpha of its own.
+const FOUR_TESTS: &str = "kinematic/differences/lin/cc";
 /// The network's block as one more term.
 const IN_THE_SUM: &str = "kinematic,differences,lin,residual+eps-mean/cc";
 

@@ -28,6 +28,11 @@ pub fn known(
         ('K', "08") if poses.start < 98 => {
             Some("its poses 0 to 97 climb 1.8 m/s at 1 m/s: a defect of the reference".to_owned())
         }
+        // Constant turns of 15 poses while the position goes straight on.
+        ('K', "00") if [1954, 2114, 2965].iter().any(|gap| poses.contains(gap)) => Some(
+            "the reference is interpolated over gaps of 1.5 s in bends at poses 1954, 2114 and 2965".to_owned(),
+        ),
+        ('K', "03") => Some("recorded on another day than the others, its mounting differs".to_owned()),
         ('K', "01") => Some("the only motorway".to_owned()),
         ('O', _) => {
             let jump = largest_jump(trajectory);

@@ -1,6 +1,7 @@
 //! Verdicts on logs: what a user gets. Faults of the coupling and of the stamps, short faults, short and long logs,
 //! few trusted logs (`benchmark --faults --only ...`), and real failures (`benchmark --real`).
 
+mod calibration;
 mod contender;
 pub(crate) mod defects;
 pub(crate) mod fold;
@@ -14,6 +15,7 @@ mod render;
 mod run;
 mod table;
 mod timing;
+mod whole;
 mod windows;
 
 use crate::data::DataRoot;
@@ -27,6 +29,9 @@ use dose3_datasets::Trajectory;
 use dose3_ood::metrics::Bootstrap;
 use run::Run;
 use serde::Serialize;
+
+/// Sections that judge without windows.
+const WITHOUT_FITS: [Section; 2] = [Section::Timing, Section::Calibration];
 
 /// What the verdicts are told beside [`FaultOptions`].
 #[derive(Clone, Debug, Default)]
@@ -60,6 +65,10 @@ pub(crate) struct Record {
     timing: Vec<timing::TimingCell>,
     /// Whole logs of the same.
     timing_alarms: Vec<timing::TimingAlarms>,
+    /// [`Section::Whole`].
+    whole: Vec<whole::WholeCell>,
+    /// [`Section::Calibration`].
+    calibration: Vec<calibration::CalibrationCell>,
     /// Sets without stamps.
     without_stamps: Vec<String>,
     /// Real failures, by kind.
@@ -84,7 +93,13 @@ pub fn faults(options: &Options, of_faults: &FaultOptions, sections: &[Section])
             let groups = set.groups();
             parts::stamps(&run, set.name, (&set.raw, &groups), &mut record)?;
         }
-        if sections.iter().any(|section| *section != Section::Timing) {
+        if sections.contains(&Section::Calibration) {
+            parts::calibration(&run, set, &mut record)?;
+        }
+        if sections
+            .iter()
+            .any(|section| !WITHOUT_FITS.contains(section))
+        {
             parts::of_set(&mut run, set, sections, &mut record)?;
         }
     }

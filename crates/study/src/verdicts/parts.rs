@@ -3,7 +3,7 @@
 use super::fold::{self, Measured};
 use super::pieces::{self, Plan};
 use super::run::Run;
-use super::{Record, timing, windows};
+use super::{Record, calibration as of_calibration, timing, whole, windows};
 use crate::faults::Section;
 use crate::faults::protocol::LogSet;
 use crate::faults::windows::sites;
@@ -39,6 +39,24 @@ pub fn stamps(
             record.timing_alarms.push(alarms);
         }
     }
+    Ok(())
+}
+
+/// Faults of the calibration: of the tested logs, and unless one fold is enough of every group of logs.
+///
+/// # Errors
+/// A fault that cannot be injected.
+pub fn calibration(run: &Run<'_>, set: &LogSet, record: &mut Record) -> Result<()> {
+    let groups = set.groups();
+    let mut protocols = vec![("tested", fold::of_set(set, run.part(), true))];
+    if !run.one_fold() {
+        protocols.push(("every group", fold::by_group(&groups, usize::MAX)));
+    }
+    let faults = of_calibration::faults(run.severities(Fault::couplings()));
+    let of = (set.logs.as_slice(), groups.as_slice());
+    let cells = of_calibration::run(set.letter, of, &protocols, &faults, run.seed())?;
+    record.calibration.extend(cells);
+    println!("{}: calibration with {} faults", set.name, faults.len());
     Ok(())
 }
 
@@ -81,6 +99,11 @@ pub fn of_set(
     }
     if sections.contains(&Section::Few) {
         few(run, set, &measured, record)?;
+    }
+    if sections.contains(&Section::Whole) {
+        let cells = whole::run(set.letter, &set.raw, &measured, run)?;
+        record.whole.extend(cells);
+        println!("{}: whole logs", set.name);
     }
     Ok(())
 }

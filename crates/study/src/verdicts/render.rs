@@ -1,5 +1,7 @@
 //! Tables of what was measured.
 
+mod split;
+
 use super::Record;
 use super::pieces::{Called, Plan};
 use super::real::{Judgement, RealCell};
@@ -29,7 +31,10 @@ pub fn markdown(record: &Record) -> String {
         .collect();
     let _ = writeln!(text, "Rows: {}.\n", rows.join("; "));
     window_tables(&mut text, record);
+    split::tables(&mut text, record);
     called_tables(&mut text, record);
+    split::whole(&mut text, &record.whole);
+    split::calibration(&mut text, &record.calibration);
     timing_tables(&mut text, record);
     real_tables(&mut text, record);
     not_judged(&mut text, &record.not_judged);

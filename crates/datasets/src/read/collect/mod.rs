@@ -256,6 +256,7 @@ impl<'a> Collector<'a> {
                 ));
             }
             if stamp == last_stamp {
+                self.report.repeated_stamps.push(stamp);
                 if pose == last_pose {
                     self.report.repeated_poses += 1;
                 } else {

@@ -1,12 +1,16 @@
 //! Which single cause explains best how a log differs from the trusted ones.
 
-use super::piece::{CAUSE, CAUSES, COEFFICIENTS, CalibrationPiece, Kind};
+use super::piece::{Axis, CAUSE, CAUSES, COEFFICIENTS, CalibrationPiece, Kind};
 use super::reference::median;
+use super::units::{UNITS, undone};
 
 /// The position is tried so many whole poses earlier to later against the attitude.
 const FARTHEST: i64 = 3;
 /// A shift may raise the logarithm of what the regressions leave over by this.
 const TORN_APART: f64 = 0.1;
+/// Another unit is named where it leaves less than this share of what the best other cause leaves: units are rarer, and
+/// there are more of them.
+const BETTER: f64 = 0.5;
 
 /// Coefficients of a log: medians over its pieces.
 pub(super) struct Log<'a> {
@@ -15,10 +19,13 @@ pub(super) struct Log<'a> {
     pub errors: Vec<f64>,
 }
 
+/// What is off, and along or about which axis.
+pub(super) type Cause = (Kind, Axis);
+
 /// A cause with its size.
 pub(super) struct Explanation {
-    pub cause: usize,
-    /// Seconds, metres or radians.
+    pub cause: Cause,
+    /// Seconds, metres, radians; of a unit its factor.
     pub value: f64,
     pub standard_error: f64,
     /// What each coefficient adds to the size of the cause, by weighted least squares: `W a / (a' W a)`.
@@ -65,7 +72,7 @@ impl<'a> Log<'a> {
             let parts = parts(cause);
             let (value, standard_error, left) = match kind {
                 Kind::TimeOffset => self.time_offset(|b| square(&differ(b))),
-                Kind::LeverArm | Kind::Mounting => {
+                _ => {
                     let size = dot(&parts, &difference);
                     let rest = difference.iter().zip(&patterns[cause]);
                     let rest: Vec<f64> = rest.map(|(d, a)| d - size * a).collect();
@@ -76,13 +83,38 @@ impl<'a> Log<'a> {
                 (best, most) = (cause, whole - left);
             }
             found.push(Explanation {
-                cause,
+                cause: CAUSE[cause],
                 value,
                 standard_error,
                 parts,
             });
         }
-        found.swap_remove(best)
+        self.unit(usual, spread, whole - most)
+            .unwrap_or_else(|| found.swap_remove(best))
+    }
+
+    /// The unit that explains the differences better than what leaves `left` of their squares.
+    fn unit(&self, usual: &[f64], spread: &[f64], left: f64) -> Option<Explanation> {
+        let of_unit = |&(kind, factor, ..): &(Kind, f64, &str, &str)| {
+            let coefficients = undone(kind, factor, &self.coefficients);
+            let errors = undone(kind, factor, &self.errors);
+            let square = |i: usize| {
+                let scatter = errors[i].powi(2) + spread[i].powi(2);
+                (coefficients[i] - usual[i]).powi(2) / scatter
+            };
+            ((0..COEFFICIENTS).map(square).sum::<f64>(), kind, factor)
+        };
+        let best = UNITS
+            .iter()
+            .map(of_unit)
+            .min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (remains, kind, factor) = best;
+        (remains < BETTER * left).then(|| Explanation {
+            cause: (kind, Axis::Forward),
+            value: factor,
+            standard_error: 0.0,
+            parts: vec![0.0; COEFFICIENTS],
+        })
     }
 
     /// The offset that brings the coefficients closest to the usual ones when it is undone: seconds, its standard

@@ -1,6 +1,7 @@
 //! What is found, in units and words to act on.
 
 use super::piece::{Axis, Kind};
+use super::units;
 use serde::{Deserialize, Serialize};
 
 /// How the position of a log belongs to its attitude, compared with the trusted logs.
@@ -13,7 +14,8 @@ pub struct CalibrationFinding {
     /// Along or about which axis; forward for an offset in time, where it says nothing.
     pub axis: Axis,
     /// This log less the trusted ones, in `unit`. Positive: position behind attitude; position ahead, to the left,
-    /// above; attitude pitched nose down, yawed to the left.
+    /// above; attitude pitched nose down, yawed to the left. Of another unit of length or angle: how many times as large
+    /// its numbers make the log, with no error and nothing of the trusted logs beside it.
     pub value: f64,
     /// Of `value`, its standard error, median and spread.
     pub unit: Unit,
@@ -30,7 +32,7 @@ pub struct CalibrationFinding {
     /// Whether the log is called wrongly calibrated: a chance of at most the share of alpha asked for, where the
     /// trusted logs allow a call.
     pub called: bool,
-    /// How many trusted groups would be called at this share by the others.
+    /// How many trusted pieces would be called at this share by those of the other groups.
     pub measured: MeasuredAlarms,
 }
 
@@ -39,9 +41,11 @@ pub struct CalibrationFinding {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredAlarms {
-    /// Groups of trusted logs with a piece that would be called by the others.
+    /// Trusted pieces that would be called by those of the other groups.
     pub called: usize,
-    /// Groups of trusted logs.
+    /// Trusted pieces, those of groups that are unlike the others aside.
+    pub pieces: usize,
+    /// The groups that they are of.
     pub groups: usize,
 }
 
@@ -58,6 +62,9 @@ pub enum Unit {
     /// Radians.
     #[serde(rename = "rad")]
     Radian,
+    /// None: how many times as large.
+    #[serde(rename = "times")]
+    Factor,
 }
 
 impl CalibrationFinding {
@@ -93,6 +100,18 @@ impl CalibrationFinding {
                     "position about {metres} m {side} the point of the body that the trusted logs report"
                 )
             }
+            Kind::Length | Kind::Turn => {
+                let what = match self.kind {
+                    Kind::Length => "positions",
+                    _ => "turns",
+                };
+                let (own, trusted) =
+                    units::named(self.kind, self.value).unwrap_or(("one unit", "another"));
+                format!(
+                    "{what} look {} times as large as in the trusted logs, as {own} beside {trusted} would",
+                    three_digits(self.value)
+                )
+            }
             Kind::Mounting => {
                 let degrees = two_digits(size.to_degrees());
                 if !named_axes {
@@ -111,6 +130,12 @@ impl CalibrationFinding {
             }
         }
     }
+}
+
+/// A positive number to three digits.
+fn three_digits(value: f64) -> String {
+    let places = (2.0 - value.log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.places$}")
 }
 
 /// A positive number to two digits.
@@ -141,6 +166,7 @@ mod tests {
             called: true,
             measured: MeasuredAlarms {
                 called: 0,
+                pieces: 9,
                 groups: 5,
             },
         };

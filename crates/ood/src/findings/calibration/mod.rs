@@ -19,19 +19,24 @@
 //! (d: from one pose to the next) are compared with the trusted logs': `z = |b - median| / sqrt(se^2 + tau^2)`, with
 //! tau the root mean square by which a group of trusted logs is away from the median of the others. The largest z is
 //! the statistic. Its chance is the larger of what a Student distribution says and of what trusted pieces show, each
-//! judged by the other groups. Of a log of several pieces the medians are judged.
+//! judged by the other groups: a tail fitted to the largest of them, at least eight. Of a log of several pieces the
+//! medians are judged. Nothing is called that a trusted piece shows too, and nothing at all where more than one in
+//! twenty of the trusted pieces would be called by those of the other groups.
 //!
 //! What is named is the one cause that explains most of the weighted squares of these differences: a lever arm or a
 //! mounting by the pattern that it makes over the coefficients, with its size by weighted least squares; an offset in
 //! time by shifting the position back and forth and regressing again. At one steady speed v an offset of s seconds is a
 //! lever arm of -v s metres, and cannot be told from it. A turn about the forward axis (roll) is not seen: it hardly
-//! moves these coefficients.
+//! moves these coefficients. A log in feet, or with degrees for radians, changes all coefficients by its factor, and is
+//! named so where that explains more than any of these causes.
 
 mod explain;
 mod finding;
 mod piece;
 mod reference;
 mod regression;
+mod tail;
+mod units;
 
 pub use finding::{CalibrationFinding, MeasuredAlarms, Unit};
 pub use piece::{Axis, CalibrationPiece, Kind};

@@ -90,6 +90,10 @@ pub enum Kind {
     LeverArm,
     /// Attitude turned about an axis of the body against the direction of travel.
     Mounting,
+    /// Positions in another unit of length.
+    Length,
+    /// Turns in another unit of angle.
+    Turn,
 }
 
 pub(super) const CAUSE: [(Kind, Axis); CAUSES] = [
@@ -100,6 +104,27 @@ pub(super) const CAUSE: [(Kind, Axis); CAUSES] = [
     (Kind::Mounting, Axis::Left),
     (Kind::Mounting, Axis::Up),
 ];
+
+/// What a regressor is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Regressor {
+    /// A step.
+    Step,
+    /// A turn.
+    Turn,
+    /// The product of both.
+    ForwardTurn,
+}
+
+/// The regressor of each coefficient.
+pub(super) fn regressors_of() -> impl Iterator<Item = Regressor> {
+    let terms = EQUATIONS.iter().flat_map(|equation| equation.terms);
+    terms.map(|term| match term {
+        Term::Forward => Regressor::Step,
+        Term::Turn(_) => Regressor::Turn,
+        Term::ForwardTurn(_) => Regressor::ForwardTurn,
+    })
+}
 
 /// The regressions of one piece.
 #[derive(Clone, Debug, PartialEq)]
@@ -256,5 +281,7 @@ fn moved_by((kind, axis): (Kind, Axis), motion: &[Motion], t: usize, hertz: f64)
         Kind::LeverArm => w.cross(&unit),
         // R exp(d) sees exp(-d) u.
         Kind::Mounting => -unit.cross(u),
+        // Units have no pattern of size one.
+        Kind::Length | Kind::Turn => Vector3::zeros(),
     }
 }

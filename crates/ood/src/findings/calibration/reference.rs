@@ -2,10 +2,9 @@
 
 use super::explain::{Log, dot, rms};
 use super::finding::{CalibrationFinding, MeasuredAlarms, Unit};
-use super::piece::{CAUSE, COEFFICIENTS, CalibrationPiece, Kind};
-use crate::calibration::Reference;
+use super::piece::{COEFFICIENTS, CalibrationPiece, Kind};
+use super::tail::Tail;
 use crate::error::{Error, expect_finite, expect_len};
-use crate::score::Score;
 use crate::special::student_tail;
 use crate::statistics::quantile_sorted;
 use serde::{Deserialize, Serialize};
@@ -14,6 +13,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Fewest groups, one held out at a time, and fewest pieces that a call may rest on.
 const FEWEST_GROUPS: usize = 2;
 const FEWEST_PIECES: usize = 8;
+/// Largest share of the trusted pieces, one aside, that may be called by those of the other groups.
+const LARGEST_ALARMS: f64 = 0.05;
 /// From so many groups on, one in ten (at least one) may be odd.
 const GROUPS_WITH_ODD: usize = 4;
 const ODD_SHARE: f64 = 0.1;
@@ -28,7 +29,7 @@ const SMALLEST_SPREAD: f64 = 1e-3;
 pub struct CalibrationReference {
     stored: Stored,
     /// Of the largest z of the held-out pieces whose group is not odd.
-    tail: Option<Reference>,
+    tail: Option<Tail>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -108,10 +109,10 @@ impl CalibrationReference {
         };
         let Stored { median, spread, .. } = &self.stored;
         let z = largest(&log.coefficients, &log.errors, median, spread);
-        let chance = self.chance(z);
+        let chance = self.chance(z, self.tail.as_ref());
         let measured = self.measured_alarms(share);
         let explanation = log.explain(median, spread);
-        let (kind, axis) = CAUSE[explanation.cause];
+        let (kind, axis) = explanation.cause;
         Ok(Some(CalibrationFinding {
             kind,
             axis,
@@ -120,6 +121,7 @@ impl CalibrationReference {
                 Kind::TimeOffset => Unit::Second,
                 Kind::LeverArm => Unit::Metre,
                 Kind::Mounting => Unit::Radian,
+                Kind::Length | Kind::Turn => Unit::Factor,
             },
             standard_error: explanation.standard_error,
             trusted_median: dot(&explanation.parts, median),
@@ -137,37 +139,41 @@ impl CalibrationReference {
         &self.stored.odd
     }
 
-    /// Trusted groups with a piece that the others would call at this share.
+    /// Trusted pieces, those of odd groups aside, that the pieces of the other groups would call at this share.
     #[must_use]
     pub fn measured_alarms(&self, share: f64) -> MeasuredAlarms {
-        let held_out = &self.stored.held_out;
-        let called = |group: &&Vec<f64>| group.iter().any(|&z| self.chance(z) <= share);
+        let Stored { held_out, odd, .. } = &self.stored;
+        let kept: Vec<usize> = (0..held_out.len()).filter(|g| !odd.contains(g)).collect();
+        let called = |group: usize| {
+            let others = tail(held_out, |g| g != group && kept.contains(&g));
+            let own = held_out[group].iter();
+            others.map_or(0, |others| {
+                own.filter(|&&z| z > others.most() && self.chance(z, Some(&others)) <= share)
+                    .count()
+            })
+        };
         MeasuredAlarms {
-            called: held_out.iter().filter(called).count(),
-            groups: held_out.len(),
+            called: kept.iter().map(|&group| called(group)).sum(),
+            pieces: kept.iter().map(|&group| held_out[group].len()).sum(),
+            groups: kept.len(),
         }
     }
 
     /// Too few trusted logs, or too many alarms among them, and nothing is called; and nothing that a trusted piece
     /// shows too.
     fn may_call(&self, z: f64, measured: MeasuredAlarms) -> bool {
-        let pieces: usize = self.stored.held_out.iter().map(Vec::len).sum();
-        let trusted = self.tail.as_ref().and_then(|t| t.scores().last());
-        trusted.is_some_and(|&most| Score::new(z) > most)
-            && measured.groups >= FEWEST_GROUPS
-            && pieces >= FEWEST_PIECES
-            && measured.called <= most_odd(measured.groups)
+        let most = (LARGEST_ALARMS * measured.pieces as f64) as usize;
+        self.tail.as_ref().is_some_and(|t| z > t.most())
+            && self.stored.held_out.len() >= FEWEST_GROUPS
+            && self.stored.held_out.iter().map(Vec::len).sum::<usize>() >= FEWEST_PIECES
+            && measured.called <= most.max(1)
     }
 
-    fn chance(&self, z: f64) -> f64 {
+    fn chance(&self, z: f64, tail: Option<&Tail>) -> f64 {
         let pieces: usize = self.stored.held_out.iter().map(Vec::len).sum();
         let freedom = pieces.saturating_sub(1).max(2) as f64;
         let model = 2.0 * COEFFICIENTS as f64 * student_tail(z, freedom);
-        let seen = self
-            .tail
-            .as_ref()
-            .map_or(1.0, |t| t.ln_p(Score::new(z)).exp());
-        model.max(seen).min(1.0)
+        model.max(tail.map_or(1.0, |t| t.chance(z))).min(1.0)
     }
 }
 
@@ -223,8 +229,7 @@ fn odd_groups(held_out: &[Vec<f64>]) -> Vec<usize> {
             .filter_map(|group| {
                 let others = tail(held_out, |g| g != group && !odd.contains(&g))?;
                 let highest = held_out[group].iter().copied().fold(0.0, f64::max);
-                let chance = others.ln_p(Score::new(highest)).exp();
-                Some((chance * held_out[group].len() as f64, group))
+                Some((others.chance(highest) * held_out[group].len() as f64, group))
             })
             .min_by(|a, b| a.0.total_cmp(&b.0));
         match worst {
@@ -235,10 +240,9 @@ fn odd_groups(held_out: &[Vec<f64>]) -> Vec<usize> {
     odd.into_iter().collect()
 }
 
-fn tail(held_out: &[Vec<f64>], keep: impl Fn(usize) -> bool) -> Option<Reference> {
+fn tail(held_out: &[Vec<f64>], keep: impl Fn(usize) -> bool) -> Option<Tail> {
     let groups = held_out.iter().enumerate().filter(|(g, _)| keep(*g));
-    let scores = groups.flat_map(|(_, zs)| zs.iter().map(|&z| Score::new(z)));
-    Reference::new(scores.collect()).ok()
+    Tail::of(groups.flat_map(|(_, zs)| zs.iter().copied()))
 }
 
 /// Median of some numbers.

@@ -189,7 +189,8 @@ fn trusted_logs_decide_whether_it_may_be_called() {
     }
     let reference = CalibrationReference::fit(&trusted, &groups).unwrap();
     assert_eq!(reference.odd_groups(), [4]);
-    assert_eq!(reference.measured_alarms(SHARE).groups, 6);
+    let measured = reference.measured_alarms(SHARE);
+    assert_eq!((measured.pieces, measured.groups), (10, 5));
     let text = serde_json::to_string(&reference).unwrap();
     assert_eq!(
         serde_json::from_str::<CalibrationReference>(&text).unwrap(),
@@ -199,6 +200,96 @@ fn trusted_logs_decide_whether_it_may_be_called() {
         serde_json::from_str::<CalibrationReference>(&text.replace("\"odd\":[4]", "\"odd\":[9]"))
             .is_err()
     );
+}
+
+#[test]
+fn one_odd_piece_of_three_trusted_logs_hides_no_fault() {
+    let wrong = |late| Wrong {
+        late,
+        ..Wrong::default()
+    };
+    let (mut trusted, mut groups) = (Vec::new(), Vec::new());
+    for log in 0..3 {
+        for part in 0..6 {
+            let odd = if (log, part) == (1, 3) { 0.02 } else { 0.0 };
+            let part = drive(10 * log + part, 1000, wrong(odd));
+            trusted.extend(pieces(&part));
+            groups.push(log as usize);
+        }
+    }
+    let reference = CalibrationReference::fit(&trusted, &groups).unwrap();
+    let judged = |late| {
+        let log = pieces(&drive(77, 1000, wrong(late)));
+        reference.judge(&log, SHARE).unwrap().unwrap()
+    };
+    assert!(judged(0.1).called, "{:?}", judged(0.1));
+    // What a trusted piece shows too is not called.
+    assert!(!judged(0.02).called && !judged(0.0).called);
+    // Where a third of the trusted pieces are odd, nothing is known to be wrong.
+    let mixed: Vec<CalibrationPiece> = (0..18)
+        .flat_map(|i| pieces(&drive(i, 1000, wrong(if i % 3 == 0 { 0.1 } else { 0.0 }))))
+        .collect();
+    let reference = CalibrationReference::fit(&mixed, &groups).unwrap();
+    let log = pieces(&drive(77, 1000, wrong(0.1)));
+    assert!(!reference.judge(&log, SHARE).unwrap().unwrap().called);
+}
+
+#[test]
+fn another_unit_is_named_as_such() {
+    // The trusted point lies ahead of the axle, so turning moves it.
+    let ahead = Wrong {
+        lever: Vector3::new(1.3, 0.2, 0.5),
+        ..Wrong::default()
+    };
+    let (mut trusted, mut groups) = (Vec::new(), Vec::new());
+    for log in 0..6 {
+        for piece in pieces(&drive(log, 2000, ahead)) {
+            trusted.push(piece);
+            groups.push(log as usize);
+        }
+    }
+    let reference = CalibrationReference::fit(&trusted, &groups).unwrap();
+    let judged = |increments: &[f64]| {
+        let found = reference.judge(&pieces(increments), SHARE).unwrap();
+        found.unwrap()
+    };
+    let metres = drive(77, 1000, ahead);
+    let times = |length: f64, turn: f64| -> Vec<f64> {
+        let by = |i: usize| if i % 6 < 3 { length } else { turn };
+        let all = metres.iter().enumerate();
+        all.map(|(i, x)| x * by(i)).collect()
+    };
+    for (length, words) in [
+        (
+            1.0 / 0.3048,
+            "3.28 times as large as in the trusted logs, as feet",
+        ),
+        (
+            1000.0,
+            "1000 times as large as in the trusted logs, as millimetres",
+        ),
+        (
+            0.01,
+            "0.0100 times as large as in the trusted logs, as metres",
+        ),
+    ] {
+        let found = judged(&times(length, 1.0));
+        assert_eq!(
+            (found.kind, found.value),
+            (Kind::Length, length),
+            "{found:?}"
+        );
+        let said = found.sentence(true);
+        assert!(found.called && said.contains(words), "{said}");
+    }
+    // A body that is larger, or a point that lies elsewhere, is not another unit.
+    let farther = Wrong {
+        lever: Vector3::new(3.0, 0.2, 0.5),
+        ..Wrong::default()
+    };
+    let found = judged(&drive(77, 1000, farther));
+    assert_eq!((found.kind, found.axis), (Kind::LeverArm, Axis::Forward));
+    assert!(!judged(&metres).called);
 }
 
 #[test]
