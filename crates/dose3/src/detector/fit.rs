@@ -315,9 +315,9 @@ impl DetectorBuilder {
             motion && options.timing,
             motion && options.calibration,
         )?;
-        let left_out = audit.iter().filter(|found| found.left_out);
-        let left_out: Vec<usize> = left_out.map(|found| groups.of_log[found.log]).collect();
-        let kept = |log: &usize| !left_out.contains(&groups.of_log[*log]);
+        let odd = audit.iter().filter(|found| found.left_out);
+        let odd: Vec<usize> = odd.map(|found| groups.of_log[found.log]).collect();
+        let kept = |log: &usize| !odd.contains(&groups.of_log[*log]);
         let ranges = match needs.exacting() {
             true => Some(ranges(&logs, kept, &windows, &probe)?),
             false => None,
