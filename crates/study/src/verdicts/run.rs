@@ -60,7 +60,7 @@ impl<'a> Run<'a> {
         Ok(Self {
             settings: Settings {
                 density: options.density.parse()?,
-                overlap: measurer.poses.div_ceil(of_faults.stride),
+                overlap: model.header.window.div_ceil(of_faults.stride),
                 draws,
                 seed: of_faults.seed,
             },
