@@ -140,3 +140,36 @@ fn a_thinned_rate_keeps_stamps_and_poses() {
     assert_eq!(thin.poses[300..], sound.poses[500..]);
     assert_eq!(thin.stamps[300..], sound.stamps[500..]);
 }
+
+#[test]
+fn stamps_under_a_header_of_euroc_are_nanoseconds_where_these_make_a_rate() {
+    let header = "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []";
+    let read = |start: i64, step: i64| {
+        let rows = (0..9).map(|index| format!("{},{index},0,0,1,0,0,0\n", start + step * index));
+        let text = format!("{header}\n{}", rows.collect::<String>());
+        dose3_datasets::load_bytes(
+            "a.csv",
+            text.as_bytes(),
+            &dose3_datasets::LoadOptions::default(),
+        )
+        .unwrap()
+    };
+    // A clock that runs since 28 hours, whose microseconds would be 1973.
+    let log = read(100_000_001_000_000, 1_000_000);
+    assert_eq!(
+        (log.stamps[1], log.rate.hertz),
+        (100_000_002_000_000, 1000.0)
+    );
+    assert!(
+        log.report
+            .remarks
+            .iter()
+            .any(|remark| remark.text.contains("as EuRoC has them"))
+    );
+    // Microseconds of 2020 at 10 Hz, which as nanoseconds would be 10 kHz.
+    let log = read(1_600_000_000_000_000, 100_000);
+    assert_eq!(
+        (log.stamps[0], log.rate.hertz),
+        (1_600_000_000_000_000_000, 10.0)
+    );
+}

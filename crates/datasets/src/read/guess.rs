@@ -90,6 +90,14 @@ pub(crate) fn stamps(values: &[f64], whole: bool) -> Stamps {
     Stamps::Seconds
 }
 
+/// Whether stamps of this unit have a rate that pose sources have.
+pub(crate) fn makes_a_rate(values: &[f64], unit: StampUnit) -> bool {
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2);
+    step.is_some_and(|step| PLAUSIBLE_HERTZ.contains(&(10_f64.powi(9 - unit.shift()) / step)))
+}
+
 /// The way from step to step along a log, in the body frame.
 fn body_velocities(positions: &[Vector], rotations: &[Rotation], steps: usize) -> Vec<Vector> {
     let stride = (positions.len() / steps).max(1);

@@ -81,6 +81,22 @@ fn stamp_unit(
         return Clock::Unit(unit);
     }
     match found {
+        // The header of EuRoC stands for nanoseconds, and clocks that count from the start of a machine are no dates.
+        Stamps::Unit(unit, _)
+            if layout.format == Format::Euroc
+                && layout.order == Order::Header
+                && unit != habit
+                && guess::makes_a_rate(&sample.stamps, habit) =>
+        {
+            remark(
+                RemarkKind::StampUnit,
+                format!(
+                    "stamps are taken as {habit}, as EuRoC has them; as {unit} they would be dates"
+                ),
+                ReadOption::StampUnit,
+            );
+            Clock::Unit(habit)
+        }
         Stamps::Unit(unit, reason) => {
             if unit != habit {
                 remark(
