@@ -128,7 +128,7 @@ mod tests {
             let work = |_: &mut (), index: usize| {
                 begun.fetch_add(1, SeqCst);
                 // The first of every seven takes longest.
-                std::thread::sleep(std::time::Duration::from_micros(if index % 7 == 0 {
+                std::thread::sleep(std::time::Duration::from_micros(if index.is_multiple_of(7) {
                     500
                 } else {
                     10
