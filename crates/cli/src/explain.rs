@@ -8,7 +8,10 @@ use dose3_datasets::{ReadOption, Remark};
 /// The whole error in one line, with a hint where a flag of this program helps.
 pub fn explain(error: &anyhow::Error) -> String {
     let mut text = String::new();
-    for cause in error.chain().map(ToString::to_string) {
+    for cause in error
+        .chain()
+        .map(|cause| without_numbers_of_the_system(&cause.to_string()))
+    {
         // Many messages hold their cause already.
         if !text.ends_with(&cause) {
             text = match text.is_empty() {
@@ -26,6 +29,16 @@ pub fn explain(error: &anyhow::Error) -> String {
         Some(hint) => format!("{text}; hint: {hint}"),
         None => text,
     }
+}
+
+/// Without the number that the operating system gives its errors: `No such file or directory (os error 2)`.
+fn without_numbers_of_the_system(text: &str) -> String {
+    let mut parts = text.split(" (os error ");
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        out.push_str(part.split_once(')').map_or("", |(_, rest)| rest));
+    }
+    out
 }
 
 /// A remark on how a log was read, with the flag that decides it.
@@ -115,6 +128,16 @@ fn flag(setting: Setting) -> Option<&'static str> {
 mod tests {
     use super::explain;
     use dose3::Error;
+
+    #[test]
+    fn errors_of_the_system_are_said_in_words() {
+        let missing = std::io::Error::from_raw_os_error(2);
+        let error = anyhow::Error::from(missing).context("cannot read a.txt");
+        assert_eq!(
+            explain(&error),
+            "cannot read a.txt: No such file or directory"
+        );
+    }
 
     #[test]
     fn a_cause_is_said_once_and_the_flag_is_named() {

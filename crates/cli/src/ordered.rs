@@ -128,11 +128,9 @@ mod tests {
             let work = |_: &mut (), index: usize| {
                 begun.fetch_add(1, SeqCst);
                 // The first of every seven takes longest.
-                std::thread::sleep(std::time::Duration::from_micros(if index.is_multiple_of(7) {
-                    500
-                } else {
-                    10
-                }));
+                std::thread::sleep(std::time::Duration::from_micros(
+                    if index.is_multiple_of(7) { 500 } else { 10 },
+                ));
                 index
             };
             let take = |index: usize| {

@@ -20,8 +20,8 @@ pub struct Fit {
     /// Files or folders with trusted logs
     #[arg(long, required_unless_present = "list", num_args = 1.., value_name = "PATH")]
     pub trusted: Vec<PathBuf>,
-    /// A csv file with a column `path` (from the list's own folder on) and, where wanted, a column
-    /// `group`: more trusted logs
+    /// A file that names more trusted logs: one path a line, or csv with a column `path` (from the list's own folder on)
+    /// and, where wanted, a column `group`
     #[arg(long, value_name = "FILE")]
     pub list: Option<PathBuf>,
     /// Which logs count as one, because they are runs of one route or parts of one recording: `folder`,
@@ -61,7 +61,7 @@ pub struct Fit {
     #[arg(long, value_name = "DENSITY", default_value = "mixture")]
     pub density: String,
     /// Share of trusted windows and logs that may be rejected
-    #[arg(long, default_value_t = 0.05)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
     pub alpha: f64,
     /// Poses between the starts of windows
     #[arg(long, value_name = "N", default_value_t = 32)]

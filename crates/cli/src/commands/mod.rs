@@ -109,10 +109,17 @@ fn read_set(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<Trajectory>>
     Ok(logs)
 }
 
-/// Names the files of folders that are no logs.
+/// Files that are no logs and are named.
+const SKIPPED: usize = 8;
+
+/// Names the first files of folders that are no logs.
 fn say_skipped(skipped: &[(PathBuf, String)]) {
-    for (path, reason) in skipped {
+    for (path, reason) in skipped.iter().take(SKIPPED) {
         say(&format!("skipped {}: {reason}", path.display()));
+    }
+    if skipped.len() > SKIPPED {
+        let more = count(skipped.len() - SKIPPED, "more file");
+        say(&format!("skipped {more} that are no logs"));
     }
 }
 
