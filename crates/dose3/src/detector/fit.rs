@@ -1,5 +1,6 @@
 //! Fitting: from a model and trusted logs to a detector, without retraining.
 
+use super::short::ShortReference;
 use super::{Detector, DetectorHeader, VERSION, WholeReference};
 use crate::backend::Computing;
 use crate::built_in;
@@ -322,6 +323,10 @@ impl DetectorBuilder {
             true => Some(ranges(&logs, kept, &windows, &probe)?),
             false => None,
         };
+        let short = match needs.exacting() {
+            true => ShortReference::fit(&logs, &groups, &probe, statistics.config())?,
+            false => None,
+        };
         let header = DetectorHeader {
             format_version: VERSION,
             rate: needs.rate,
@@ -335,6 +340,7 @@ impl DetectorBuilder {
             poses: Some(poses),
             whole,
             ranges,
+            short,
             version: env!("CARGO_PKG_VERSION").to_string(),
         };
         Ok(Fitted {

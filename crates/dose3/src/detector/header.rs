@@ -1,5 +1,6 @@
 //! What a detector file says beside its model: everything that fitting decided, each fact once.
 
+use super::short::ShortReference;
 use super::whole::WholeReference;
 use crate::error::{Error, Result};
 use crate::model_file::{self, LogRecord, Model};
@@ -53,6 +54,9 @@ pub struct DetectorHeader {
     /// format 3 and older, and of models that only count poses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ranges: Option<TrustedRanges>,
+    /// Short windows, for streams; none in detectors of format 3 and where statistics need more than steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub short: Option<ShortReference>,
     /// Version of the software that fitted it.
     pub version: String,
 }
@@ -103,6 +107,9 @@ impl DetectorHeader {
         }
         if let Some(ranges) = &self.ranges {
             ranges.check()?;
+        }
+        if let Some(short) = &self.short {
+            short.check(&self.statistics.config().statistics)?;
         }
         let set = &self.statistics.config().statistics;
         if set.needs_linear() != self.reference.linear.is_some() {
@@ -163,6 +170,7 @@ impl Before3 {
             poses: self.poses,
             whole: WholeReference::default(),
             ranges: None,
+            short: None,
             version: self.version,
         })
     }

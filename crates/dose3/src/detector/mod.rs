@@ -4,6 +4,7 @@ mod fit;
 mod header;
 mod judge;
 mod loaded;
+mod short;
 mod whole;
 
 pub use fit::{
@@ -11,6 +12,7 @@ pub use fit::{
 };
 pub use header::{DetectorHeader, KEY, VERSION};
 pub use judge::JudgeOptions;
+pub use short::ShortReference;
 pub use whole::{CALIBRATION_SHARE, TIMING_SHARE, WholeFindings, WholeReference};
 
 use crate::atomic;

@@ -1,12 +1,13 @@
 //! Alarms as they are told: since when, how bad, why.
 
 use super::ring::Ring;
+use super::scale::Scale;
 use super::{Monitor, Said, WindowResult};
 use crate::reasons;
 use dose3_datasets::Frame;
 use dose3_ood::Sample;
 use dose3_ood::Score;
-use dose3_ood::alarm::{Change, RaisedBy, Watch, WatchStep};
+use dose3_ood::alarm::{AlarmReference, Change, RaisedBy, Watch, WatchStep};
 use dose3_ood::localise::pose_numbers;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -74,6 +75,7 @@ pub struct GroupChance {
 /// What a window has to say.
 pub(super) struct Evidence<'a> {
     pub window: &'a WindowResult,
+    pub scale: usize,
     pub step: &'a WatchStep,
     pub groups: &'a [Score],
     pub ring: &'a Ring,
@@ -84,11 +86,18 @@ pub(super) struct Evidence<'a> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Lifecycle {
-    watch: Watch,
+    watched: Vec<Watched>,
     standing: Option<Alarm>,
     raised: u64,
     /// How far the window is that was put into words.
     worded: f64,
+}
+
+/// Windows of one length.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Watched {
+    watch: Watch,
     /// Last stamp of the last window that was not unusual.
     usual_until: Option<i64>,
     /// First stamp of the first of the windows in a row that are not unusual.
@@ -97,19 +106,25 @@ pub(super) struct Lifecycle {
 
 impl Lifecycle {
     pub fn new(monitor: &Monitor) -> Self {
+        let watched = |reference: &AlarmReference| Watched {
+            watch: reference.watch(),
+            usual_until: None,
+            usual_from: None,
+        };
         Self {
-            watch: monitor.alarm().watch(),
+            watched: monitor.alarms().map(watched).collect(),
             standing: None,
             raised: 0,
             worded: 0.0,
-            usual_until: None,
-            usual_from: None,
         }
     }
 
     pub fn fits(&self, monitor: &Monitor) -> bool {
-        self.watch.fits(&monitor.alarm().watch())
-            && self.watch.is_raised() == self.standing.is_some()
+        let fresh = Self::new(monitor).watched;
+        let mut each = self.watched.iter().zip(&fresh);
+        self.watched.len() == fresh.len()
+            && each.all(|(own, fresh)| own.watch.fits(&fresh.watch))
+            && self.is_raised() == self.standing.is_some()
     }
 
     pub fn standing(&self) -> Option<Alarm> {
@@ -117,29 +132,45 @@ impl Lifecycle {
     }
 
     /// Takes the scores of the next window in the tests.
-    pub fn watch(&mut self, monitor: &Monitor, tests: &[Score]) -> WatchStep {
-        let statistics = &monitor.header.statistics;
-        self.watch.push(statistics, monitor.alarm(), tests)
+    pub fn watch(&mut self, of: &Scale, scale: usize, tests: &[Score]) -> WatchStep {
+        let watch = &mut self.watched[scale].watch;
+        watch.push(&of.statistics, &of.alarm, tests)
+    }
+
+    fn is_raised(&self) -> bool {
+        self.watched.iter().any(|own| own.watch.is_raised())
     }
 
     /// The next window does not continue the last one.
     pub fn begin_stretch(&mut self) {
-        self.watch.begin_stretch();
+        for watched in &mut self.watched {
+            watched.watch.begin_stretch();
+        }
     }
 
     /// Says what the window has changed.
     pub fn push(&mut self, monitor: &Monitor, evidence: &Evidence<'_>, said: &mut Vec<Said>) {
         let (window, step) = (evidence.window, evidence.step);
         let usual = !step.unusual;
-        if usual {
-            self.usual_from.get_or_insert(window.first_stamp_ns);
-        } else {
-            self.usual_from = None;
+        let watched = &mut self.watched[evidence.scale];
+        match usual {
+            true => watched.usual_from = watched.usual_from.or(Some(window.first_stamp_ns)),
+            false => watched.usual_from = None,
         }
-        match step.change {
+        let (usual_until, usual_from) = (watched.usual_until, watched.usual_from);
+        if usual {
+            watched.usual_until = Some(window.last_stamp_ns);
+        }
+        // An alarm stands while windows of either length are beyond their levels.
+        let change = match (step.change, self.standing.is_some()) {
+            (Some(Change::Raised), false) => Some(Change::Raised),
+            (Some(Change::Ended), true) if !self.is_raised() => Some(Change::Ended),
+            _ => None,
+        };
+        match change {
             Some(Change::Raised) => {
                 self.raised += 1;
-                let since = first_wrong(monitor, evidence.ring, self.usual_until);
+                let since = first_wrong(monitor, evidence, usual_until);
                 let alarm = self.raise(monitor, evidence, since);
                 self.worded = alarm.worst_excess;
                 said.push(Said::Alarm(alarm.clone()));
@@ -150,7 +181,7 @@ impl Lifecycle {
                     said.push(Said::Alarm(Alarm {
                         alarm: AlarmKind::Ended,
                         at_ns: window.last_stamp_ns,
-                        ended_ns: Some(self.usual_from.unwrap_or(window.first_stamp_ns)),
+                        ended_ns: Some(usual_from.unwrap_or(window.first_stamp_ns)),
                         excess: window.excess,
                         ..alarm
                     }));
@@ -170,9 +201,6 @@ impl Lifecycle {
                     }
                 }
             }
-        }
-        if usual {
-            self.usual_until = Some(window.last_stamp_ns);
         }
     }
 
@@ -205,7 +233,7 @@ fn worsen(alarm: &mut Alarm, monitor: &Monitor, evidence: &Evidence<'_>) {
     alarm.worst_excess = window.excess;
     alarm.worst_chance = window.chance;
     alarm.worst_window_ns = [window.first_stamp_ns, window.last_stamp_ns];
-    let statistics = &monitor.header.statistics;
+    let statistics = &monitor.scales()[evidence.scale].statistics;
     let names = statistics.config().statistics.test_names();
     alarm.test = names.get(evidence.step.test).cloned().unwrap_or_default();
     let references = &statistics.calibration().groups;
@@ -230,7 +258,7 @@ fn why(monitor: &Monitor, evidence: &Evidence<'_>) -> Vec<String> {
     let Some(ranges) = &header.ranges else {
         return Vec::new();
     };
-    let log = evidence.ring.window(evidence.frame);
+    let log = evidence.ring.window(monitor.poses(), evidence.frame);
     let linear = header.reference.linear.as_ref();
     let found = reasons::of_window(&log, monitor.rate(), linear, ranges);
     let sentences = found.into_iter().flatten().map(|reason| reason.sentence);
@@ -239,12 +267,13 @@ fn why(monitor: &Monitor, evidence: &Evidence<'_>) -> Vec<String> {
 
 /// Stamp of the first pose of the last window, but none that a usual window held, that is beyond the pose threshold;
 /// where none is, of the first pose looked at.
-fn first_wrong(monitor: &Monitor, ring: &Ring, usual_until: Option<i64>) -> i64 {
-    let stamps = ring.stamps();
+fn first_wrong(monitor: &Monitor, evidence: &Evidence<'_>, usual_until: Option<i64>) -> i64 {
+    let (ring, poses) = (evidence.ring, monitor.scales()[evidence.scale].poses);
+    let stamps = ring.stamps(poses);
     let new = usual_until.map_or(0, |until| stamps.partition_point(|s| *s <= until));
     let fallback = stamps.get(new).or(stamps.last()).copied();
     let numbers = pose_numbers(&Sample {
-        increments: Some(ring.steps()),
+        increments: Some(ring.steps(poses)),
         linear: monitor.header.reference.linear.as_ref(),
         ..Sample::default()
     });

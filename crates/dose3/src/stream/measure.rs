@@ -13,27 +13,31 @@ use std::sync::PoisonError;
 pub(super) struct Work {
     statistics: Workspace,
     row: Vec<f64>,
-    single: SingleWorkspace,
+    /// Scale by scale.
+    singles: Vec<SingleWorkspace>,
 }
 
 impl Work {
-    pub fn new(statistics: &DetectorStatistics) -> Result<Self> {
+    pub fn new<'s>(scales: impl Iterator<Item = &'s DetectorStatistics>) -> Result<Self> {
+        let singles = scales.map(DetectorStatistics::single_workspace);
         Ok(Self {
             statistics: Workspace::default(),
             row: Vec::new(),
-            single: statistics.single_workspace()?,
+            singles: singles.collect::<Result<_, _>>()?,
         })
     }
 
-    /// Scores of the last window; none where a statistic is not finite.
+    /// Scores of the last window of a scale; none where a statistic is not finite.
     pub fn measure(
         &mut self,
         monitor: &Monitor,
+        scale: usize,
         ring: &Ring,
         frame: Frame,
     ) -> Result<Option<SingleScores<'_>>> {
+        let of = &monitor.scales()[scale];
         let measured = match &monitor.probe {
-            None => self.of_steps(monitor, ring.steps()),
+            None => self.of_steps(monitor, ring.steps(of.poses)),
             Some(_) => self.of_poses(monitor, ring, frame),
         };
         match measured {
@@ -41,8 +45,8 @@ impl Work {
             Err(Error::Statistics(dose3_ood::Error::NotFinite { .. })) => return Ok(None),
             Err(error) => return Err(error),
         }
-        let statistics = &monitor.header.statistics;
-        Ok(Some(statistics.score_window(&self.row, &mut self.single)?))
+        let work = &mut self.singles[scale];
+        Ok(Some(of.statistics.score_window(&self.row, work)?))
     }
 
     fn of_steps(&mut self, monitor: &Monitor, steps: &[f64]) -> Result<()> {
@@ -59,7 +63,7 @@ impl Work {
         let Some(probe) = &monitor.probe else {
             return Ok(());
         };
-        let log = ring.window(frame);
+        let log = ring.window(monitor.poses(), frame);
         let window = Window {
             trajectory: 0,
             start: 0,

@@ -27,8 +27,8 @@
 //! The way of a pose: it is checked (finite, a rotation, later than the one before), brought to the detector's rate in
 //! a fixed phase, kept as a step of motion in a ring, and every so many poses the window that ends with it is
 //! measured. Every window that [`Detector::judge`] would cut from the same poses is among them, with the same numbers
-//! to the last bit. What comes of a window goes to an alarm ([`dose3_ood::alarm`]), which is raised at most so many
-//! times an hour on logs like the trusted ones, and ends when the fault does.
+//! to the last bit. What comes of a window, and of short windows beside it, goes to an alarm ([`dose3_ood::alarm`]), which
+//! is raised at most so many times an hour on logs like the trusted ones, and ends when the fault does.
 //!
 //! Memory is constant. With a detector whose statistics need no network nothing is allocated once the first windows
 //! have been judged, but when something is reported.
@@ -44,6 +44,7 @@ mod options;
 mod ring;
 mod said;
 mod sampler;
+mod scale;
 mod state;
 
 pub use alarm::{Alarm, AlarmKind, GroupChance};
@@ -230,43 +231,51 @@ impl Stream {
     fn sample(&mut self) -> Result<()> {
         while let Some((stamp, pose)) = self.sampler.next() {
             self.ring.push(stamp, pose, self.frame);
-            let Some(start) = self.ring.window_start() else {
-                continue;
-            };
-            if start.is_multiple_of(self.monitor.every() as u64) {
-                self.judge(start)?;
+            // Short windows first: they end with the same pose and know more of it.
+            for scale in (0..self.monitor.scales().len()).rev() {
+                let poses = self.monitor.scales()[scale].poses;
+                let start = self.ring.window_start(poses);
+                let every = self.monitor.every() as u64;
+                if let Some(start) = start.filter(|start| start.is_multiple_of(every)) {
+                    self.judge(scale, start)?;
+                }
             }
         }
         Ok(())
     }
 
-    fn judge(&mut self, start: u64) -> Result<()> {
+    fn judge(&mut self, scale: usize, start: u64) -> Result<()> {
         let monitor = self.monitor.clone();
         let mut work = monitor.borrow();
-        let measured = monitor.measure(&self.ring, self.frame, &mut work)?;
+        let measured = work.measure(&monitor, scale, &self.ring, self.frame)?;
+        let of = &monitor.scales()[scale];
         let Some(scores) = measured else {
             monitor.give_back(work);
             self.intake
                 .unmeasured(self.ring.last_stamp(), &mut self.said);
             return Ok(());
         };
-        let step = self.alarm.watch(&monitor, scores.tests);
+        let step = self.alarm.watch(of, scale, scores.tests);
         let window = WindowResult {
             number: self.windows,
-            first_stamp_ns: self.ring.first_stamp(),
+            first_stamp_ns: self.ring.first_stamp(of.poses),
             last_stamp_ns: self.ring.last_stamp(),
             score: scores.score,
             p_value: monitor.p_value(scores.score),
             beyond: monitor.is_beyond(scores.score),
             chance: step.ln_p.exp(),
-            excess: monitor.excess(scores.tests),
+            excess: of.alarm.excess(scores.tests),
             in_verdict: start.is_multiple_of(monitor.stride() as u64),
         };
-        self.windows += 1;
-        if monitor.options().windows {
-            self.said.push(Said::Window(window));
+        // Short windows are the alarm's own affair.
+        if scale == 0 {
+            self.windows += 1;
+            if monitor.options().windows {
+                self.said.push(Said::Window(window));
+            }
         }
         let evidence = alarm::Evidence {
+            scale,
             window: &window,
             step: &step,
             groups: scores.groups,

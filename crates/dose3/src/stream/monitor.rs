@@ -1,6 +1,6 @@
 //! What all streams by one detector share: densities, levels, networks, buffers.
 
-use super::ring::Ring;
+use super::scale::{Scale, scales};
 use super::{Stream, StreamOptions, frame_error};
 use crate::detector::{Detector, DetectorHeader};
 use crate::error::Result;
@@ -8,8 +8,7 @@ use crate::logs::Needs;
 use crate::probe::Probe;
 use dose3_datasets::Frame;
 use dose3_ood::Score;
-use dose3_ood::alarm::{AlarmConfig, AlarmReference};
-use dose3_ood::detector::SingleScores;
+use dose3_ood::alarm::AlarmReference;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -23,7 +22,7 @@ pub struct Monitor {
     options: StreamOptions,
     poses: usize,
     every: usize,
-    alarm: AlarmReference,
+    scales: Vec<Scale>,
     /// Networks, or a representation, where the statistics need more than steps of motion.
     pub(super) probe: Option<Mutex<Probe>>,
     fingerprint: String,
@@ -45,15 +44,7 @@ impl Monitor {
             false => None,
         };
         let needs = detector.needs();
-        let alarm = AlarmReference::new(
-            &header.statistics,
-            AlarmConfig {
-                per_hour: options.alarms_per_hour,
-                spacing: header.stride / every,
-                overlap: (poses - 1).div_ceil(every).max(1),
-                trusted_every: header.stride as f64 / needs.rate,
-            },
-        )?;
+        let scales = scales(&header, poses, every, needs.rate, options)?;
         let said = serde_json::to_vec(&header).map_err(|reason| crate::Error::Header {
             what: "detector",
             reason,
@@ -65,13 +56,13 @@ impl Monitor {
             .map(|byte| format!("{byte:02x}"))
             .collect();
         Ok(Self {
-            template: Work::new(&header.statistics)?,
+            template: Work::new(scales.iter().map(|scale| &scale.statistics))?,
             header,
             needs,
             options: *options,
             poses,
             every,
-            alarm,
+            scales,
             probe,
             fingerprint,
             spare: Mutex::default(),
@@ -95,10 +86,14 @@ impl Monitor {
         &self.options
     }
 
-    /// The levels of the alarm, and what they rest on.
-    #[must_use]
-    pub fn alarm(&self) -> &AlarmReference {
-        &self.alarm
+    /// The levels of the alarm, and what they rest on: by the windows of verdicts, then, where the detector has them, by
+    /// short ones.
+    pub fn alarms(&self) -> impl Iterator<Item = &AlarmReference> {
+        self.scales.iter().map(|scale| &scale.alarm)
+    }
+
+    pub(super) fn scales(&self) -> &[Scale] {
+        &self.scales
     }
 
     /// Poses a second that are judged.
@@ -165,20 +160,6 @@ impl Monitor {
     fn spare(&self) -> std::sync::MutexGuard<'_, Vec<Work>> {
         // Buffers hold nothing that a result depends on.
         self.spare.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Scores of the last window of a ring; none where its numbers are too large to be judged.
-    pub(super) fn measure<'w>(
-        &self,
-        ring: &Ring,
-        frame: Frame,
-        work: &'w mut Work,
-    ) -> Result<Option<SingleScores<'w>>> {
-        work.measure(self, ring, frame)
-    }
-
-    pub(super) fn excess(&self, tests: &[Score]) -> f64 {
-        self.alarm.excess(tests)
     }
 
     pub(super) fn p_value(&self, score: Score) -> f64 {

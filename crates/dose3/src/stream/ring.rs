@@ -13,7 +13,7 @@ const AXES: usize = 6;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Ring {
-    /// Poses of a window.
+    /// Poses of the longest window.
     poses: usize,
     /// Poses of the stretch so far.
     count: u64,
@@ -84,38 +84,41 @@ impl Ring {
         self.count += 1;
     }
 
-    /// Index within the stretch of the first pose of the window that ends with the last one; none before there is one.
-    pub fn window_start(&self) -> Option<u64> {
-        self.count.checked_sub(self.poses as u64)
+    /// Index within the stretch of the first of the last `poses`; none before there are so many.
+    pub fn window_start(&self, poses: usize) -> Option<u64> {
+        self.count.checked_sub(poses as u64)
     }
 
-    /// Steps of the last window, `[poses - 1, 6]`.
-    pub fn steps(&self) -> &[f64] {
-        let wanted = AXES * (self.poses - 1);
+    /// Steps between the last `poses`, `[poses - 1, 6]`; of as many as there are, where there are fewer.
+    pub fn steps(&self, poses: usize) -> &[f64] {
+        let wanted = AXES * (poses - 1);
         &self.steps[self.steps.len().saturating_sub(wanted)..]
     }
 
-    /// Stamps of the last window.
-    pub fn stamps(&self) -> &[i64] {
-        &self.stamps[self.stamps.len().saturating_sub(self.poses)..]
+    /// Stamps of the last `poses`, or of as many as there are.
+    pub fn stamps(&self, poses: usize) -> &[i64] {
+        &self.stamps[self.stamps.len().saturating_sub(poses)..]
     }
 
-    /// The last window as a log of its own, where poses are kept.
-    pub fn window(&self, frame: Frame) -> Trajectory {
-        let (stamps, poses) = (self.stamps().to_vec(), self.window_poses().collect());
+    /// The last `poses` as a log of their own, where poses are kept.
+    pub fn window(&self, poses: usize, frame: Frame) -> Trajectory {
+        let (stamps, poses) = (
+            self.stamps(poses).to_vec(),
+            self.window_poses(poses).collect(),
+        );
         Trajectory::new("stream", Format::Memory, frame, stamps, poses)
     }
 
     /// Poses of the last window, where they are kept.
-    fn window_poses(&self) -> impl Iterator<Item = Pose> + '_ {
+    fn window_poses(&self, poses: usize) -> impl Iterator<Item = Pose> + '_ {
         let kept = self.kept.as_deref().unwrap_or_default();
-        kept[kept.len().saturating_sub(self.poses)..]
+        kept[kept.len().saturating_sub(poses)..]
             .iter()
             .map(Flat::pose)
     }
 
-    pub fn first_stamp(&self) -> i64 {
-        self.stamps().first().copied().unwrap_or_default()
+    pub fn first_stamp(&self, poses: usize) -> i64 {
+        self.stamps(poses).first().copied().unwrap_or_default()
     }
 
     pub fn last_stamp(&self) -> i64 {

@@ -8,8 +8,8 @@
 //! [`RunReference`](crate::calibration::RunReference). Watchers look at them, each with a share of the rate:
 //!
 //! - **one window** alone;
-//! - **runs** of windows as long as half and three quarters of one, as far apart as the trusted windows, by the lowest of
-//!   their scores (the erosion of the verdict): what is weak but lasts;
+//! - **runs** of windows, two at least, as long as half and three quarters of one, as far apart as the trusted windows,
+//!   by the lowest of their scores (the erosion of the verdict): what is weak but lasts;
 //! - **evidence that adds up**: windows that share no step are bet on one after the other ([`ln_bet`], a p-to-e
 //!   calibrator: its expectation is 1 for a uniform p), and the products are kept as a CUSUM, `W <- max(W, 1) e`. If
 //!   the bets of a chain are e-values given the past, the mean time to a false alarm at `W >= A` is at least A windows

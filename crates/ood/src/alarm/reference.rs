@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 const UNUSUAL: f64 = 0.05;
 /// Share of a window's length without an unusual window that ends an alarm.
 const RECOVERY: f64 = 0.25;
-/// Runs that are watched, as shares of a window's length, and their shares of the rate.
-const RUNS: [(f64, f64); 3] = [(0.0, 0.3), (0.5, 0.2), (0.75, 0.3)];
+/// Runs that are watched: so many windows at least, and so much of a window's length; and their shares of the rate.
+const RUNS: [(usize, f64, f64); 3] = [(1, 0.0, 0.3), (2, 0.5, 0.2), (2, 0.75, 0.3)];
 /// Share of the rate of evidence that adds up.
 const SUMMED: f64 = 0.2;
 
@@ -121,8 +121,8 @@ impl AlarmReference {
         let an_hour = 3600.0 / config.trusted_every;
         let mut runs: Vec<LevelBasis> = Vec::new();
         let mut chances = Vec::new();
-        for (length, share) in RUNS {
-            let windows = ((length * overlap as f64).round() as usize).max(1);
+        for (least, length, share) in RUNS {
+            let windows = ((length * overlap as f64).round() as usize).max(least);
             let known = detector.runs().iter().all(|r| r.knows(windows));
             if runs.last().is_some_and(|last| last.windows >= windows) || !known {
                 continue;

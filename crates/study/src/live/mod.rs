@@ -64,6 +64,8 @@ struct Record {
 #[derive(Clone, Debug, Serialize)]
 struct Levels {
     set: &'static str,
+    /// Seconds of a window.
+    window: f64,
     groups: usize,
     hours: f64,
     runs: Vec<LevelBasis>,
@@ -163,16 +165,18 @@ fn vio(
 
 impl Record {
     fn note(&mut self, set: &'static str, fitted: &Fitted) {
-        let alarm = fitted.monitor.alarm();
         self.every = fitted.every();
-        let basis = alarm.basis();
-        self.levels.push(Levels {
-            set,
-            groups: basis.groups,
-            hours: basis.hours,
-            runs: basis.runs.clone(),
-            summed: basis.summed,
-        });
+        for alarm in fitted.monitor.alarms() {
+            let (basis, config) = (alarm.basis(), alarm.config());
+            self.levels.push(Levels {
+                set,
+                window: config.overlap as f64 * fitted.every(),
+                groups: basis.groups,
+                hours: basis.hours,
+                runs: basis.runs.clone(),
+                summed: basis.summed,
+            });
+        }
     }
 }
 

@@ -5,10 +5,10 @@ use crate::data::DataRoot;
 use crate::verdicts::real::{numbers, read, recording};
 use anyhow::Result;
 use dose3_datasets::Trajectory;
-use dose3_ood::alarm::RaisedBy;
+use dose3_ood::alarm::{AlarmReference, RaisedBy};
 use serde::Serialize;
 
-/// Poses of a window.
+/// Poses of the windows of verdicts.
 const POSES: usize = 129;
 /// An estimate has diverged where it travels so many times farther in a second than the trusted estimate of the recording
 /// does in any.
@@ -67,6 +67,13 @@ impl Vio {
 
     /// The diverged estimates of the recordings of some trusted logs.
     pub fn diverged(&self, tested: &[usize], fitted: &Fitted) -> Result<Vec<Diverged>> {
+        let steps = |alarm: &AlarmReference| alarm.config().overlap * fitted.monitor.every();
+        let first = fitted
+            .monitor
+            .alarms()
+            .map(steps)
+            .min()
+            .unwrap_or(POSES - 1);
         let mut found = Vec::new();
         for log in &self.others {
             let of = recording(&log.name);
@@ -85,7 +92,7 @@ impl Vio {
                 log: log.name.clone(),
                 called: fitted.detector.judge(log)?.verdict.differs(),
                 onset: onset.map(|(stamp, _)| seconds(stamp)),
-                first_window: log.stamps.get(POSES - 1).map_or(0.0, |s| seconds(*s)),
+                first_window: log.stamps.get(first).map_or(0.0, |s| seconds(*s)),
                 alarm: heard.first().map(|alarm| seconds(alarm.raised.raised_ns)),
                 by: heard.first().map(|alarm| alarm.raised.raised_by),
             });

@@ -225,7 +225,7 @@ fn each(record: &Record, text: &mut String) {
 
 fn levels(record: &Record, text: &mut String) {
     text.push_str("### Levels\n\nOf runs of so many windows (-ln p) and of evidence that adds up (ln W): what windows as independent as the trusted ones ask for / what the peaks of the trusted logs ask for. The larger counts.\n\n");
-    text.push_str("| set | groups | hours | runs | sum |\n|---|---|---|---|---|\n");
+    text.push_str("| set | window, s | groups | hours | runs | sum |\n|---|---|---|---|---|---|\n");
     for level in &record.levels {
         let both = |basis: &LevelBasis| match basis.trusted {
             Some(trusted) => format!("{:.1} / {trusted:.1}", basis.bound),
@@ -237,8 +237,9 @@ fn levels(record: &Record, text: &mut String) {
             .collect();
         let _ = writeln!(
             text,
-            "| {} | {} | {:.2} | {} | {} |",
+            "| {} | {:.1} | {} | {:.2} | {} | {} |",
             level.set,
+            level.window,
             level.groups,
             level.hours,
             runs.join("; "),
