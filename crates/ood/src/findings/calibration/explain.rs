@@ -11,6 +11,8 @@ const TORN_APART: f64 = 0.1;
 /// Another unit is named where it leaves less than this share of what the best other cause leaves: units are rarer, and
 /// there are more of them.
 const BETTER: f64 = 0.5;
+/// A factor that leaves nothing of what goes with turns.
+const NOTHING: f64 = 1e12;
 
 /// Coefficients of a log: medians over its pieces.
 pub(super) struct Log<'a> {
@@ -96,20 +98,28 @@ impl<'a> Log<'a> {
     /// The unit that explains the differences better than what leaves `left` of their squares.
     fn unit(&self, usual: &[f64], spread: &[f64], left: f64) -> Option<Explanation> {
         let of_unit = |&(kind, factor, ..): &(Kind, f64, &str, &str)| {
-            let coefficients = undone(kind, factor, &self.coefficients);
             let errors = undone(kind, factor, &self.errors);
-            let square = |i: usize| {
-                let scatter = errors[i].powi(2) + spread[i].powi(2);
-                (coefficients[i] - usual[i]).powi(2) / scatter
+            let square = |coefficients: &[f64]| -> f64 {
+                let squares = (0..COEFFICIENTS).map(|i| {
+                    let scatter = errors[i].powi(2) + spread[i].powi(2);
+                    (coefficients[i] - usual[i]).powi(2) / scatter
+                });
+                squares.sum()
             };
-            ((0..COEFFICIENTS).map(square).sum::<f64>(), kind, factor)
+            // A large factor brings all that goes with turns near 0, which may be near enough by itself.
+            let nothing = match kind {
+                Kind::Turn => undone(kind, NOTHING.recip(), &self.coefficients),
+                _ => undone(kind, NOTHING, &self.coefficients),
+            };
+            let remains = square(&undone(kind, factor, &self.coefficients));
+            (remains, square(&nothing), kind, factor)
         };
         let best = UNITS
             .iter()
             .map(of_unit)
             .min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let (remains, kind, factor) = best;
-        (remains < BETTER * left).then(|| Explanation {
+        let (remains, nothing, kind, factor) = best;
+        (remains < BETTER * left.min(nothing)).then(|| Explanation {
             cause: (kind, Axis::Forward),
             value: factor,
             standard_error: 0.0,

@@ -290,6 +290,15 @@ fn another_unit_is_named_as_such() {
     let found = judged(&drive(77, 1000, farther));
     assert_eq!((found.kind, found.axis), (Kind::LeverArm, Axis::Forward));
     assert!(!judged(&metres).called);
+    // Where nothing of the trusted logs goes with turns, a factor cannot be told.
+    let centred = self::reference(6);
+    for log in [&metres, &times(1000.0, 1.0), &times(1.0, 0.02)] {
+        let found = centred.judge(&pieces(log), SHARE).unwrap().unwrap();
+        assert!(
+            !matches!(found.kind, Kind::Length | Kind::Turn),
+            "{found:?}"
+        );
+    }
 }
 
 #[test]
