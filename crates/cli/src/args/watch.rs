@@ -39,7 +39,12 @@ pub struct Watch {
     #[arg(long, value_name = "N")]
     pub every: Option<usize>,
     /// Seconds between signs of life; 0 for none
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = 10.0,
+        allow_negative_numbers = true
+    )]
     pub heartbeat: f64,
     /// Poses a second that come (default: measured from the first 32)
     #[arg(long, value_name = "HZ")]
