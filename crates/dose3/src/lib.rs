@@ -28,6 +28,7 @@ pub mod probe;
 pub mod progress;
 mod reasons;
 pub mod report;
+mod seal;
 pub mod series;
 pub mod stream;
 pub mod train;

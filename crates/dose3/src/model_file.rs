@@ -3,6 +3,7 @@
 
 use crate::atomic;
 use crate::error::{Error, Result};
+use crate::seal;
 use dose3_datasets::{Frame, Representation, Trajectory};
 use dose3_diffusion::{Process, ProcessConfig, trainer::TrainConfig};
 use dose3_model::{PairParameters, Precision};
@@ -120,6 +121,10 @@ impl Model {
             let reason = format!("rate {} Hz is not a positive number", header.rate);
             return Err(Error::unsound("model", reason));
         }
+        // Detectors check the file that they are.
+        if !metadata.contains_key(crate::detector::KEY) {
+            seal::check("model", bytes, &mut metadata, false)?;
+        }
         Ok((Self { header, parameters }, metadata))
     }
 
@@ -132,12 +137,13 @@ impl Model {
         Ok(model)
     }
 
-    /// Writes a model file, atomically.
+    /// Writes a model file, atomically, with a digest of its content.
     ///
     /// # Errors
     /// As [`Model::to_bytes`], or where the file cannot be written.
     pub fn write(&self, path: &Path, precision: Precision) -> Result<()> {
-        atomic::write(path, &self.to_bytes(precision, &[])?)
+        let bytes = self.to_bytes(precision, &seal::entries())?;
+        atomic::write(path, &seal::close("model", bytes)?)
     }
 }
 

@@ -133,3 +133,33 @@ fn a_log_that_does_not_fit_is_refused() {
         Err(Error::NotADetector)
     ));
 }
+
+#[test]
+fn an_altered_byte_is_found_wherever_it_is() {
+    let trusted: Vec<Trajectory> = (0..3)
+        .map(|seed| trajectory(Platform::Vehicle, seed, 300, 10.0))
+        .collect();
+    let bytes = Detector::fit(&trusted).unwrap().to_bytes().unwrap();
+    assert!(Detector::from_bytes(&bytes).is_ok());
+    // The beginnings of both parts, and a byte here and there.
+    let header = 8 + u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+    let near = |at: usize, part: usize| (part..part + 64).contains(&at);
+    let mut accepted = Vec::new();
+    let mut tried = 0;
+    for at in 0..bytes.len() {
+        if !(near(at, 0) || near(at, header) || at % 9973 == 0 || at + 1 == bytes.len()) {
+            continue;
+        }
+        let mut altered = bytes.clone();
+        altered[at] ^= 1 << (at % 8);
+        tried += 1;
+        if Detector::from_bytes(&altered).is_ok() {
+            accepted.push(at);
+        }
+    }
+    assert!(tried > 150);
+    assert!(accepted.is_empty(), "accepted in silence: {accepted:?}");
+    // Cut off, or with something after it.
+    assert!(Detector::from_bytes(&bytes[..bytes.len() - 1]).is_err());
+    assert!(Detector::from_bytes(&[&bytes[..], &[0]].concat()).is_err());
+}

@@ -15,8 +15,10 @@ use serde::{Deserialize, Serialize};
 pub const KEY: &str = "dose3.detector";
 /// Version of [`DetectorHeader`] that this build writes. Version 2 added what single trusted poses look like;
 /// version 3 says every fact once, and what statistics learn from the trusted logs; version 4 added the ranges that plain
-/// quantities have in trusted logs.
+/// quantities have in trusted logs, and a digest of the file.
 pub const VERSION: u32 = 4;
+/// The first version whose files say their own digest.
+pub(super) const SEALED: u32 = 4;
 /// The oldest version that this build reads.
 const OLDEST: u32 = 1;
 
@@ -74,12 +76,20 @@ impl DetectorHeader {
         }
     }
 
+    /// The version that a header says it has.
+    ///
+    /// # Errors
+    /// One that this build does not read, JSON of something else.
+    pub(super) fn version(json: &str) -> Result<u32> {
+        model_file::check_version("detector", json, OLDEST..=VERSION)
+    }
+
     /// Reads and checks a header of any version that was ever written, for the detector of `model`.
     ///
     /// # Errors
     /// A version from the future, JSON of something else, parts that contradict each other.
     pub(crate) fn read(json: &str, model: &Model) -> Result<Self> {
-        let version = model_file::check_version("detector", json, OLDEST..=VERSION)?;
+        let version = Self::version(json)?;
         let header: Self = match version {
             1 | 2 => model_file::from_json::<Before3>("detector", json)?.into_header(model)?,
             _ => model_file::from_json("detector", json)?,

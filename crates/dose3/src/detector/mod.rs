@@ -10,6 +10,7 @@ mod whole;
 pub use fit::{
     Defaults, DetectorBuilder, FitOptions, Fitted, LeftOut, MOTION_SHARES, MOTION_STATISTICS,
 };
+use header::SEALED;
 pub use header::{DetectorHeader, KEY, VERSION};
 pub use judge::JudgeOptions;
 pub use short::ShortReference;
@@ -20,6 +21,7 @@ use crate::backend::Computing;
 use crate::error::{Error, Result};
 use crate::logs::Needs;
 use crate::model_file::{self, Model};
+use crate::seal;
 use dose3_datasets::Trajectory;
 use dose3_model::Precision;
 use dose3_ood::statistics::LinearPredictor;
@@ -108,17 +110,24 @@ impl Detector {
     /// A header that cannot be serialised.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let json = model_file::json("detector", &self.header)?;
-        self.model.to_bytes(Precision::F32, &[(KEY, json)])
+        let [digest, mark] = seal::entries();
+        let bytes = self
+            .model
+            .to_bytes(Precision::F32, &[(KEY, json), digest, mark])?;
+        seal::close("detector", bytes)
     }
 
     /// Reads a detector and checks all of it.
     ///
     /// # Errors
-    /// Bytes that are no detector, a version from the future, parts that contradict each other.
+    /// Bytes that are no detector or not those that were written, a version from the future, parts that contradict each
+    /// other.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let (model, metadata) = Model::from_bytes(bytes)?;
-        let json = metadata.get(KEY).ok_or(Error::NotADetector)?;
-        let header = DetectorHeader::read(json, &model)?;
+        let (model, mut metadata) = Model::from_bytes(bytes)?;
+        let json = metadata.remove(KEY).ok_or(Error::NotADetector)?;
+        let version = DetectorHeader::version(&json)?;
+        seal::check("detector", bytes, &mut metadata, version >= SEALED)?;
+        let header = DetectorHeader::read(&json, &model)?;
         Ok(Self::new(model, header, Computing::default()))
     }
 
