@@ -2,11 +2,14 @@
 //! distribution, or done), 1 (a log is out of distribution), 2 (an error).
 
 mod args;
+mod command_line;
 mod commands;
 mod explain;
 mod list;
 mod ordered;
 mod output_file;
+mod per_log;
+mod recording;
 #[cfg(all(test, feature = "schema"))]
 mod schema;
 mod terminal;

@@ -1,6 +1,7 @@
 //! The command line: a file for each subcommand, and for what several share.
 
 mod computing;
+mod demo;
 mod eval;
 mod fit;
 mod inspect;
@@ -12,6 +13,7 @@ mod train;
 mod watch;
 
 pub use computing::Computing;
+pub use demo::Demo;
 pub use eval::Eval;
 pub use fit::Fit;
 pub use inspect::Inspect;
@@ -43,6 +45,8 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// See it work in ten seconds: generated logs, a detector, two verdicts, and a page to look at
+    Demo(Demo),
     /// Train the two noise estimators on pose logs (trained models are built in)
     Train(Train),
     /// Learn what trusted logs look like to a model, without retraining it
@@ -72,7 +76,7 @@ impl Command {
             Self::Score(a) => a.computing.threads,
             Self::Eval(a) => a.computing.threads,
             Self::Sample(a) => a.computing.threads,
-            Self::Inspect(_) | Self::Completions(_) | Self::Man(_) => 0,
+            Self::Inspect(_) | Self::Completions(_) | Self::Man(_) | Self::Demo(_) => 0,
             // One stream is judged on one core.
             Self::Watch(_) => 1,
         }

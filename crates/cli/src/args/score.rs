@@ -7,6 +7,7 @@ use std::path::PathBuf;
 #[derive(Debug, ClapArgs)]
 #[command(after_help = "Examples:\n  \
     dose3 score --detector trusted.dose3 drive.txt\n  \
+    dose3 score --detector trusted.dose3 drive.txt --html drive.html --mcap drive.mcap\n  \
     dose3 score --detector trusted.dose3 --fdr 0.05 --out results.csv drives/\n  \
     dose3 score --detector trusted.dose3 --output junit estimates/*.txt > dose3.xml\n  \
     dose3 score --detector trusted.dose3 --topic /odom bag/\n  \
@@ -32,6 +33,9 @@ pub struct Score {
     pub fdr: Option<f64>,
     #[command(flatten)]
     pub showing: Showing,
+    /// The command as it was given.
+    #[arg(skip)]
+    pub command: String,
     #[command(flatten)]
     pub reading: Reading,
     #[command(flatten)]
@@ -52,6 +56,14 @@ pub struct Showing {
     /// Several times for several files
     #[arg(long, value_name = "FILE")]
     pub out: Vec<PathBuf>,
+    /// A page to look at, with the path, the scores and the reasons: FILE.html; of several logs FILE.html lists them and
+    /// their pages lie in the folder FILE
+    #[arg(long, value_name = "FILE.html")]
+    pub html: Option<PathBuf>,
+    /// A recording for Foxglove, PlotJuggler or rerun: poses, scores, motion against what is trusted, bad stretches;
+    /// of several logs each has its own in the folder FILE
+    #[arg(long, value_name = "FILE.mcap")]
+    pub mcap: Option<PathBuf>,
     /// Replace what lies there, whatever it is
     #[arg(long)]
     pub force: bool,

@@ -1,5 +1,6 @@
 //! The subcommands: they read, call the library, and print.
 
+mod demo;
 mod eval;
 mod fit;
 pub mod inspect;
@@ -10,6 +11,7 @@ mod train;
 mod watch;
 
 use crate::args::{self, Args, Command, FrameOf, Reading, StampName};
+use crate::command_line;
 use crate::explain::explain;
 use crate::terminal::{count, say};
 use anyhow::{Result, bail};
@@ -31,10 +33,19 @@ pub fn run(args: Args) -> Result<u8> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build_global()?;
-    match args.command {
+    dispatch(args.command, command_line::own())
+}
+
+/// Runs a subcommand that was given as `line`.
+fn dispatch(command: Command, line: String) -> Result<u8> {
+    match command {
+        Command::Demo(a) => demo::run(&a),
         Command::Train(a) => train::run(&a).map(|()| 0),
         Command::Fit(a) => fit::run(&a).map(|()| 0),
-        Command::Score(a) => score::run(&a),
+        Command::Score(mut a) => {
+            a.command = line;
+            score::run(&a)
+        }
         Command::Eval(a) => eval::run(&a).map(|()| 0),
         Command::Inspect(a) => inspect::run(&a),
         Command::Sample(a) => sample::run(&a).map(|()| 0),

@@ -125,6 +125,13 @@ impl Report {
         }
     }
 
+    /// For each pose as judged the index of the window in whose middle it lies most; none where no window reaches. For
+    /// drawings: a pose is coloured as that window.
+    #[must_use]
+    pub fn window_of_each_pose(&self) -> Vec<Option<usize>> {
+        places::window_of_each_pose(&self.windows, self.log.poses)
+    }
+
     /// Whether the log is out of distribution.
     #[must_use]
     pub fn is_ood(&self) -> bool {

@@ -143,6 +143,25 @@ pub(super) fn segments(
     runs.into_iter().map(segment).collect()
 }
 
+/// Windows in order of their poses.
+pub(super) fn window_of_each_pose(windows: &[WindowReport], poses: usize) -> Vec<Option<usize>> {
+    let mut of: Vec<Option<usize>> = vec![None; poses];
+    // Twice the distance from the middle of a window.
+    let distance = |w: usize, pose: usize| {
+        let window = &windows[w];
+        (window.first_pose + window.last_pose).abs_diff(2 * pose)
+    };
+    for (index, window) in windows.iter().enumerate() {
+        let within = of.iter_mut().enumerate().take(window.last_pose + 1);
+        for (pose, of) in within.skip(window.first_pose) {
+            if of.is_none_or(|other| distance(index, pose) < distance(other, pose)) {
+                *of = Some(index);
+            }
+        }
+    }
+    of
+}
+
 /// Poses apart by no more than this are one run.
 const SPAN_GAP: usize = 4;
 
@@ -228,6 +247,16 @@ mod tests {
             .collect();
         // Pose 5 lies in no segment; 16 and 22 are more than four apart.
         assert_eq!(all, [(61, 61, 61), (12, 16, 16), (22, 22, 22)]);
+        let of = window_of_each_pose(&windows, 100);
+        let at = |pose: usize| of[pose];
+        assert_eq!(
+            (at(0), at(14), at(15), at(24), at(25)),
+            (Some(0), Some(0), Some(1), Some(1), Some(2))
+        );
+        assert_eq!(
+            (at(39), at(40), at(60), at(79), at(80)),
+            (Some(2), None, Some(3), Some(3), None)
+        );
         // A run that decided is shown, whatever the threshold.
         let decided = segments(&log, &windows, 0..2);
         assert_eq!((decided.len(), decided[0].place.first_pose), (2, 0));

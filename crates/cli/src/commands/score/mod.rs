@@ -20,7 +20,7 @@ use summary::Summary;
 pub fn run(args: &Score) -> Result<u8> {
     check(args)?;
     let detector = Detector::load(&args.detector)?.on(computing(&args.computing));
-    let mut sinks = sink::all(args, &Head::new(args, &detector))?;
+    let mut sinks = sink::all(args, &Head::new(args, &detector), &detector)?;
     let found = files(args)?;
     let quiet = args.showing.quiet;
     if !quiet {

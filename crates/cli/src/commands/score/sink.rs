@@ -1,12 +1,13 @@
 //! Where results go. A form of results is a [`Sink`], in a file of its own under `output`; a new one joins [`form_of`].
 
 use super::judge::Judged;
-use super::output::{Csv, Head, Json, Jsonl, Junit, Table};
+use super::output::{Csv, Head, Json, Jsonl, Junit, Pages, Recordings, Table};
 use super::summary::Summary;
 use crate::args::{OutputName, Score};
 use crate::output_file::{Kind, OutputFile, Writing};
 use crate::terminal::print;
 use anyhow::{Result, bail};
+use dose3::Detector;
 use std::path::Path;
 
 /// Takes the logs in order, as they are judged.
@@ -54,8 +55,12 @@ impl Target {
 ///
 /// # Errors
 /// A file that cannot be written or must not be replaced; an ending that says no form.
-pub fn all(args: &Score, head: &Head) -> Result<Vec<Box<dyn Sink>>> {
-    let mut sinks = vec![sink(
+pub fn all<'a>(
+    args: &Score,
+    head: &Head,
+    detector: &'a Detector,
+) -> Result<Vec<Box<dyn Sink + 'a>>> {
+    let mut sinks: Vec<Box<dyn Sink + 'a>> = vec![sink(
         args.showing.form(),
         Target::StandardOutput,
         args,
@@ -65,6 +70,12 @@ pub fn all(args: &Score, head: &Head) -> Result<Vec<Box<dyn Sink>>> {
         let form = form_of(path)?;
         let file = OutputFile::new(path, results(form), args.showing.force)?;
         sinks.push(sink(form, Target::File(file.begin()?), args, head)?);
+    }
+    if let Some(path) = &args.showing.html {
+        sinks.push(Box::new(Pages::new(path, args, detector)?));
+    }
+    if let Some(path) = &args.showing.mcap {
+        sinks.push(Box::new(Recordings::new(path, args, detector)?));
     }
     Ok(sinks)
 }
