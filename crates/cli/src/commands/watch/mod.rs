@@ -191,6 +191,10 @@ impl Watcher<'_> {
                     self.take(item)?;
                 }
                 Err(RecvTimeoutError::Timeout) => {}
+                // A source that was told to stop has not ended: the log may go on.
+                Err(RecvTimeoutError::Disconnected) if source.stop.load(Ordering::Relaxed) => {
+                    return Ok("terminated");
+                }
                 Err(RecvTimeoutError::Disconnected) => {
                     let said = self.stream.finish()?.to_vec();
                     self.tell(&said)?;
