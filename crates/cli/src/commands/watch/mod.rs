@@ -99,7 +99,8 @@ pub fn run(args: &Watch) -> Result<u8> {
     let (source, frame) = match (&args.realtime, &args.follow) {
         (Some(path), _) => {
             let options = ReadOptions {
-                frame: args.frame,
+                // As of lines: what does not say its axes has those of the trusted logs.
+                frame: args.frame.or(Some(monitor.frame())),
                 ..ReadOptions::default()
             };
             let mut logs = dose3::logs::read(std::slice::from_ref(path), &options)?;
