@@ -136,6 +136,12 @@ pub struct VerdictArgs {
     /// Most pieces of logs a set (default: all; 6 with --quick)
     #[arg(long, value_name = "N")]
     pub pieces: Option<usize>,
+    /// Measure verdicts at this rate, hertz, not above 10 (pieces and faults span the same time)
+    #[arg(long, value_name = "HZ")]
+    pub rate: Option<f64>,
+    /// Measure verdicts in windows of so many steps (default: 128)
+    #[arg(long, value_name = "N")]
+    pub window: Option<usize>,
     /// Judge the test logs alone, not every group of logs left out in turn
     #[arg(long)]
     pub one_fold: bool,
@@ -236,6 +242,8 @@ fn fault_options(args: &BenchmarkArgs) -> FaultOptions {
         verdicts: VerdictOptions {
             rows: args.verdicts.rows.clone(),
             pieces: args.verdicts.pieces,
+            rate: args.verdicts.rate,
+            window: args.verdicts.window,
             one_fold: args.verdicts.one_fold,
         },
     }

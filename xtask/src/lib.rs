@@ -8,6 +8,7 @@ pub mod bench;
 pub mod benchmark;
 pub mod ci;
 pub mod fetch;
+pub mod joint;
 pub mod train;
 
 /// Sizes rayon's global pool, once, at the start of a command; 0 means all cores. Results do not depend on it.

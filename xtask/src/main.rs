@@ -23,6 +23,8 @@ enum Task {
     Ci,
     /// Train the weights that ship with the program (about ten minutes on 2 idle cores).
     TrainReleaseModel(xtask::train::ReleaseArgs),
+    /// Train the joint network of body motion (about ten minutes on 2 idle cores)
+    TrainJoint(xtask::joint::JointArgs),
     /// Train the learned baselines, Glow and JEM, on KITTI (needs the feature `baselines`)
     TrainBaselines(xtask::baselines::TrainArgs),
     /// Download KITTI poses; say how to get RobotCar and IROS20, and check what is there.
@@ -35,6 +37,7 @@ fn main() -> ExitCode {
         Task::Bench(args) => xtask::bench::run(&args),
         Task::Ci => xtask::ci::run(),
         Task::TrainReleaseModel(args) => xtask::train::run(&args),
+        Task::TrainJoint(args) => xtask::joint::run(&args),
         Task::TrainBaselines(args) => xtask::baselines::run(&args),
         Task::FetchData(args) => xtask::fetch::run(args),
     };

@@ -83,7 +83,7 @@ fn hint(error: &Error) -> Option<String> {
                 true => "if that is not its rate, name it with --nominal-rate, else ",
                 false => "",
             };
-            format!("{named}train and fit at its rate (train --resample {found:.4})")
+            format!("{named}fit at a rate that all logs reach (fit --resample {found:.4})")
         }
         Error::MissingBackend { feature, .. } => format!("rebuild with `--features {feature}`"),
         _ => return None,
@@ -114,6 +114,8 @@ fn flag(setting: Setting) -> Option<&'static str> {
         Setting::Steps => "--steps",
         Setting::Draws => "--draws",
         Setting::Stride => "--stride",
+        Setting::MeasuringRate => "--resample",
+        Setting::Window => "--window",
         Setting::Alpha => "--alpha",
         Setting::Rate => "--rate",
         Setting::Gap => "--max-gap",

@@ -37,7 +37,7 @@ pub enum Error {
          lower the learning rate or raise the warm-up (the last checkpoint is intact)"
     )]
     Diverged {
-        /// `translation` or `rotation`.
+        /// `translation`, `rotation` or `joint`.
         branch: &'static str,
         /// What was not finite.
         what: &'static str,

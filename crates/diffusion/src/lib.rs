@@ -25,6 +25,7 @@
 //! ```
 
 mod error;
+pub mod joint;
 mod loss;
 mod probe;
 mod process;

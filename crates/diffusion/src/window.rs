@@ -87,7 +87,8 @@ fn unit_igso3() -> &'static dose3_lie::igso3::IgSo3 {
     UNIT.get_or_init(|| dose3_lie::igso3::IgSo3::new(1.0).expect("1 is a valid scale"))
 }
 
-fn normals<R: Rng + ?Sized>(rng: &mut R, n: usize) -> Vec<f32> {
+/// Standard normal numbers.
+pub(crate) fn normals<R: Rng + ?Sized>(rng: &mut R, n: usize) -> Vec<f32> {
     (0..n).map(|_| StandardNormal.sample(rng)).collect()
 }
 

@@ -226,6 +226,9 @@ pub enum Error {
         /// The statistics set.
         statistics: String,
     },
+    /// Statistics of the joint network with a model that has none.
+    #[error("the model has no joint network, which the statistics `joint` and their like ask")]
+    NoJointNetwork,
     /// A window that does not lie in the logs it is said to come from.
     #[error("window at pose {start} of log {log} lies outside of the logs")]
     OutsideWindow {
@@ -277,6 +280,10 @@ pub enum Setting {
     Draws,
     /// Poses between the starts of windows.
     Stride,
+    /// Rate at which logs are measured, hertz.
+    MeasuringRate,
+    /// Steps of a window.
+    Window,
     /// Share of trusted logs that may be rejected.
     Alpha,
     /// Poses a second of a stream.
@@ -299,6 +306,8 @@ impl std::fmt::Display for Setting {
             Self::Steps => "number of diffusion steps",
             Self::Draws => "number of noise draws",
             Self::Stride => "stride of windows",
+            Self::MeasuringRate => "rate of measurement",
+            Self::Window => "length of windows",
             Self::Alpha => "alpha",
             Self::Rate => "rate of the stream",
             Self::Gap => "pause that ends a stretch",

@@ -22,6 +22,7 @@ pub mod detector;
 pub mod error;
 pub mod evaluate;
 pub mod generate;
+pub mod joint;
 pub mod logs;
 pub mod model_file;
 pub mod probe;

@@ -2,7 +2,9 @@
 //! everything that is needed to use them.
 
 use crate::atomic;
+use crate::built_in;
 use crate::error::{Error, Result};
+use crate::joint::{self, JointModel};
 use crate::seal;
 use dose3_datasets::{Frame, Representation, Trajectory};
 use dose3_diffusion::{Process, ProcessConfig, trainer::TrainConfig};
@@ -85,6 +87,8 @@ pub struct Model {
     pub header: ModelHeader,
     /// The weights.
     pub parameters: PairParameters,
+    /// The joint network, where it has one.
+    pub joint: Option<JointModel>,
 }
 
 impl Model {
@@ -95,7 +99,15 @@ impl Model {
     pub fn to_bytes(&self, precision: Precision, extra: &[(&str, String)]) -> Result<Vec<u8>> {
         let mut metadata = BTreeMap::from([(KEY.to_string(), json("model", &self.header)?)]);
         metadata.extend(extra.iter().map(|(k, v)| ((*k).to_string(), v.clone())));
-        Ok(self.parameters.to_safetensors(precision, &metadata)?)
+        let layout;
+        let mut beside = Vec::new();
+        if let Some(joint) = &self.joint {
+            layout = joint.parameters.layout();
+            metadata.insert(joint::KEY.to_owned(), json("joint model", &joint.header)?);
+            beside.extend(joint.parameters.tensors(joint::PREFIX, &layout));
+        }
+        let pair = &self.parameters;
+        Ok(pair.to_safetensors_beside(precision, &metadata, beside)?)
     }
 
     /// Reads a model; answers the rest of the metadata too.
@@ -104,7 +116,12 @@ impl Model {
     /// Bytes that are no model file, a version from the future, settings that contradict each
     /// other, tensors that do not fit.
     pub fn from_bytes(bytes: &[u8]) -> Result<(Self, BTreeMap<String, String>)> {
-        let (parameters, mut metadata) = PairParameters::from_safetensors(bytes)?;
+        let (parameters, mut metadata) =
+            PairParameters::from_safetensors_beside(bytes, Some(joint::PREFIX))?;
+        let joint = match metadata.remove(joint::KEY) {
+            Some(_) => Some(JointModel::from_bytes(bytes)?),
+            None => None,
+        };
         let Some(json) = metadata.remove(KEY) else {
             return Err(Error::NotAModel { key: KEY });
         };
@@ -125,16 +142,35 @@ impl Model {
         if !metadata.contains_key(crate::detector::KEY) {
             seal::check("model", bytes, &mut metadata, false)?;
         }
-        Ok((Self { header, parameters }, metadata))
+        let model = Self {
+            header,
+            parameters,
+            joint,
+        };
+        Ok((model, metadata))
     }
 
-    /// Reads a model file.
+    /// The same with a joint network.
+    #[must_use]
+    pub fn with_joint(self, joint: JointModel) -> Self {
+        Self {
+            joint: Some(joint),
+            ..self
+        }
+    }
+
+    /// Reads a model file. A file of joint weights alone is the built-in model of body-frame motion with them.
     ///
     /// # Errors
     /// As [`Model::from_bytes`], with the path.
     pub fn read(path: &Path) -> Result<Self> {
-        let (model, _) = read("model", path, Self::from_bytes)?;
-        Ok(model)
+        read("model", path, |bytes| match Self::from_bytes(bytes) {
+            Ok((model, _)) => Ok(model),
+            Err(reason) => match JointModel::from_bytes(bytes) {
+                Ok(joint) => Ok(built_in::motion()?.with_joint(joint)),
+                Err(_) => Err(reason),
+            },
+        })
     }
 
     /// Writes a model file, atomically, with a digest of its content.

@@ -259,6 +259,7 @@ pub fn train(
         model: Model {
             header,
             parameters: trainer.averaged()?,
+            joint: None,
         },
         log,
         resumed_at,

@@ -16,6 +16,11 @@ mod engine;
 mod forward;
 mod gradient;
 mod group_norm;
+#[allow(
+    clippy::too_many_arguments,
+    reason = "two operands, a result, and their sizes"
+)]
+mod joint;
 mod linear_map;
 mod math;
 #[allow(
@@ -42,4 +47,5 @@ mod workspace;
 
 pub use adam::{Adam, AdamConfig};
 pub use engine::{Engine, EngineOptions};
+pub use joint::JointEngine;
 pub use simd::Instructions;

@@ -50,11 +50,16 @@ pub struct ParameterLayout {
 
 impl ParameterLayout {
     pub(crate) fn new(config: &UNetConfig) -> Self {
+        Self::of(|visit| walk(config, visit))
+    }
+
+    /// The parameters in the order in which `walk` visits them.
+    pub(crate) fn of(walk: impl FnOnce(Visit<'_>)) -> Self {
         let mut layout = Self {
             entries: Vec::new(),
             len: 0,
         };
-        walk(config, &mut |name, shape, init| {
+        walk(&mut |name, shape, init| {
             let spec = ParameterSpec {
                 name,
                 shape,
@@ -98,7 +103,8 @@ pub(crate) fn count(config: &UNetConfig) -> u128 {
     total
 }
 
-type Visit<'v> = &'v mut dyn FnMut(String, Vec<usize>, Init);
+/// What is called with every parameter: its name, shape, and how it starts.
+pub(crate) type Visit<'v> = &'v mut dyn FnMut(String, Vec<usize>, Init);
 
 /// Visits every parameter in the order of the forward pass.
 fn walk(config: &UNetConfig, visit: Visit<'_>) {

@@ -2,6 +2,7 @@
 
 mod config;
 mod error;
+pub mod joint;
 mod layout;
 mod noise_model;
 mod parameters;

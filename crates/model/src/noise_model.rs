@@ -50,7 +50,11 @@ impl Input<'_> {
     }
 }
 
-fn check_size(what: &'static str, expected: usize, values: &[f32]) -> Result<(), ModelError> {
+pub(crate) fn check_size(
+    what: &'static str,
+    expected: usize,
+    values: &[f32],
+) -> Result<(), ModelError> {
     let found = values.len();
     if found != expected {
         return Err(ModelError::TensorSize {
@@ -62,7 +66,7 @@ fn check_size(what: &'static str, expected: usize, values: &[f32]) -> Result<(),
     Ok(())
 }
 
-fn check_finite(what: &str, values: &[f32]) -> Result<(), ModelError> {
+pub(crate) fn check_finite(what: &str, values: &[f32]) -> Result<(), ModelError> {
     match values.iter().position(|value| !value.is_finite()) {
         Some(index) => Err(ModelError::NotFinite {
             what: what.to_owned(),

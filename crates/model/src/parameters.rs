@@ -33,20 +33,9 @@ impl Parameters {
     /// A configuration that is not valid.
     pub fn init(config: &UNetConfig, seed: u64) -> Result<Self, ModelError> {
         config.validate()?;
-        let layout = config.layout();
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut values = Vec::with_capacity(layout.len());
-        for spec in layout.entries() {
-            let draws = (0..spec.size()).map(|_| match spec.init {
-                Init::Uniform { bound } => rng.random_range(-bound..=bound),
-                Init::Ones => 1.0,
-                Init::Zeros => 0.0,
-            });
-            values.extend(draws);
-        }
         Ok(Self {
             config: config.clone(),
-            values,
+            values: draw(&config.layout(), seed),
         })
     }
 
@@ -54,6 +43,21 @@ impl Parameters {
     pub fn layout(&self) -> ParameterLayout {
         self.config.layout()
     }
+}
+
+/// Starting values.
+pub(crate) fn draw(layout: &ParameterLayout, seed: u64) -> Vec<f32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut values = Vec::with_capacity(layout.len());
+    for spec in layout.entries() {
+        let draws = (0..spec.size()).map(|_| match spec.init {
+            Init::Uniform { bound } => rng.random_range(-bound..=bound),
+            Init::Ones => 1.0,
+            Init::Zeros => 0.0,
+        });
+        values.extend(draws);
+    }
+    values
 }
 
 /// Checks a flat vector against its layout: the length, and every value finite.

@@ -22,6 +22,19 @@ impl PairParameters {
         precision: Precision,
         metadata: &BTreeMap<String, String>,
     ) -> Result<Vec<u8>, ModelError> {
+        self.to_safetensors_beside(precision, metadata, Vec::new())
+    }
+
+    /// As [`Self::to_safetensors`], with tensors of another network in the same file.
+    ///
+    /// # Errors
+    /// As [`Self::to_safetensors`].
+    pub fn to_safetensors_beside(
+        &self,
+        precision: Precision,
+        metadata: &BTreeMap<String, String>,
+        beside: Vec<NamedTensor<'_>>,
+    ) -> Result<Vec<u8>, ModelError> {
         if metadata.contains_key(CONFIG_KEY) {
             return Err(bad_metadata(
                 CONFIG_KEY,
@@ -49,6 +62,7 @@ impl PairParameters {
                 values: &parameters.values[spec.range()],
             }));
         }
+        tensors.extend(beside);
         write_tensors(&tensors, precision, &metadata)
     }
 
@@ -58,6 +72,17 @@ impl PairParameters {
     /// Bytes that are no safetensors file, a configuration that is missing or not valid,
     /// and every tensor that is missing, unknown, of another shape or type, or not finite.
     pub fn from_safetensors(bytes: &[u8]) -> Result<(Self, BTreeMap<String, String>), ModelError> {
+        Self::from_safetensors_beside(bytes, None)
+    }
+
+    /// As [`Self::from_safetensors`]; tensors whose names begin with `beside` are another network's.
+    ///
+    /// # Errors
+    /// As [`Self::from_safetensors`].
+    pub fn from_safetensors_beside(
+        bytes: &[u8],
+        beside: Option<&str>,
+    ) -> Result<(Self, BTreeMap<String, String>), ModelError> {
         let mut file = TensorFile::new(bytes)?;
         let json = file
             .metadata
@@ -68,7 +93,8 @@ impl PairParameters {
         config.validate()?;
 
         for name in file.names() {
-            if !is_known(&config, name) {
+            let other = beside.is_some_and(|prefix| name.starts_with(prefix));
+            if !other && !is_known(&config, name) {
                 return Err(ModelError::UnknownTensor(name.to_owned()));
             }
         }

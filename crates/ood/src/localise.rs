@@ -9,7 +9,9 @@
 
 use crate::error::{Error, expect_finite, expect_len};
 use crate::score::Score;
-use crate::statistics::{BANDS, CHANNELS, Sample, TraceSummary, quantile_sorted};
+use crate::statistics::{
+    BANDS, CHANNELS, JOINT_POSE_NUMBERS, Sample, TraceSummary, quantile_sorted,
+};
 use serde::{Deserialize, Serialize};
 
 /// Weights of the smoothing over poses; one draw's error of a single pose is mostly chance.
@@ -36,7 +38,8 @@ pub struct PoseReference {
 }
 
 /// The numbers of every pose of a window but the first, which no increment leads to: differences; behind them, where
-/// the sample has a linear predictor, what its two models leave over; where it has traces, the denoising errors.
+/// the sample has a linear predictor, what its two models leave over; where the joint network or traces are known, the
+/// denoising errors.
 ///
 /// # Errors
 /// [`Error::MissingInput`] without increments; [`Error::Shape`] where trace and increments disagree.
@@ -49,6 +52,12 @@ pub fn pose_numbers(sample: &Sample<'_>) -> Result<Vec<Vec<f64>>, Error> {
         let log = |x: &f64| x.abs().max(DIFFERENCE_FLOOR).ln();
         for (row, left) in rows.iter_mut().zip(predictor.residuals(increments)?) {
             row.extend(left.iter().flatten().map(log));
+        }
+    }
+    if let Some(joint) = sample.joint {
+        expect_len("increments that the joint network saw", steps, joint.len())?;
+        for (row, squares) in rows.iter_mut().zip(smoothed(&joint.of_poses())) {
+            row.extend(squares.iter().map(|x| x.max(SQUARE_FLOOR).ln()));
         }
     }
     let mut errors: Vec<Vec<f64>> = Vec::new();
@@ -95,6 +104,25 @@ fn differences(increments: &[f64]) -> Vec<Vec<f64>> {
                 .collect()
         })
         .collect()
+}
+
+/// Each row averaged with its neighbours.
+fn smoothed(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let half = KERNEL.len() / 2;
+    let of = |i: usize| {
+        let near = i.saturating_sub(half)..(i + half + 1).min(rows.len());
+        let mut sum = vec![0.0; rows[i].len()];
+        let mut total = 0.0;
+        for j in near {
+            let weight = KERNEL[j + half - i];
+            total += weight;
+            let row = sum.iter_mut().zip(&rows[j]);
+            row.for_each(|(sum, x)| *sum += weight * x);
+        }
+        sum.iter_mut().for_each(|x| *x /= total);
+        sum
+    };
+    (0..rows.len()).map(of).collect()
 }
 
 /// `[steps][bands * channels]`, for the last `steps` elements of the trace.
@@ -196,8 +224,15 @@ impl PoseReference {
         expect_finite("means of a pose reference", &self.mean)?;
         expect_finite("reaches of a pose reference", &self.reach)?;
         // Differences of two orders, residuals of two models, denoising errors: see `pose_numbers`.
-        let known = [2, 4, 2 + BANDS, 4 + BANDS].map(|numbers| numbers * CHANNELS);
-        if !known.contains(&columns) || self.reach.iter().any(|&r| r <= 0.0) {
+        let joint = JOINT_POSE_NUMBERS / CHANNELS;
+        let known = [2, 4].iter().flat_map(|plain| {
+            let errors = [0, joint]
+                .into_iter()
+                .flat_map(|joint| [joint, joint + BANDS]);
+            errors.map(move |errors| (plain + errors) * CHANNELS)
+        });
+        if !known.into_iter().any(|known| known == columns) || self.reach.iter().any(|&r| r <= 0.0)
+        {
             return Err(Error::Inconsistent {
                 part: "pose reference",
                 reason: format!("{columns} numbers a pose, or a reach that is not positive"),

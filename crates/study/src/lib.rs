@@ -8,6 +8,7 @@ pub mod benchmark;
 mod cells;
 pub mod data;
 pub mod faults;
+pub mod joint;
 pub mod learned;
 pub mod live;
 pub mod networks;

@@ -77,6 +77,7 @@ pub fn detector(shape: &Shape, statistics: &str, spending: Spending) -> Result<D
             },
         },
         parameters: parameters(shape)?,
+        joint: None,
     };
     let options = FitOptions {
         statistics: Some(statistics.parse::<StatisticsSet>()?),

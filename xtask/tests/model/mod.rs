@@ -37,6 +37,7 @@ pub fn write_model(path: &Path, kind: Kind) {
             },
         },
         parameters: PairParameters::init(&shape, 1).expect("a shape"),
+        joint: None,
     };
     model.write(path, Precision::F32).expect("written");
 }

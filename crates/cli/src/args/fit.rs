@@ -63,9 +63,17 @@ pub struct Fit {
     /// Share of trusted windows and logs that may be rejected
     #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
     pub alpha: f64,
-    /// Poses between the starts of windows
+    /// Poses between the starts of windows of 128 steps; shorter ones start nearer in proportion
     #[arg(long, value_name = "N", default_value_t = 32)]
     pub stride: usize,
+    /// Measure at this rate, hertz, 2 to 200 (default: 10, or where too few trusted logs are as fast, theirs);
+    /// faster logs are interpolated down to it, slower ones refused
+    #[arg(long, value_name = "HZ")]
+    pub resample: Option<f64>,
+    /// Steps of a window, at least 32 (default: 128, or fewer where too few trusted logs are as long); logs that
+    /// are too short for them are judged in windows of 64 or 32
+    #[arg(long, value_name = "N")]
+    pub window: Option<usize>,
     /// Diffusion steps visited, at most the model's own (default: 12 of a motion model, all of a paper
     /// model)
     #[arg(long, value_name = "N")]

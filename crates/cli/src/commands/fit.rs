@@ -53,6 +53,8 @@ fn options(args: &Fit) -> Result<FitOptions> {
         keep_all: args.keep_all,
         alpha: args.alpha,
         stride: args.stride,
+        rate: args.resample,
+        window: args.window,
         steps: args.steps,
         draws: args.draws,
         noise: args.noise(),

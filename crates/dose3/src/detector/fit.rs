@@ -1,5 +1,7 @@
 //! Fitting: from a model and trusted logs to a detector, without retraining.
 
+use super::extent;
+use super::header::ShorterWindows;
 use super::short::ShortReference;
 use super::{Detector, DetectorHeader, VERSION, WholeReference};
 use crate::backend::Computing;
@@ -90,8 +92,14 @@ pub struct FitOptions {
     pub keep_all: bool,
     /// Share of trusted logs, and of trusted windows, that may be rejected, in (0, 1).
     pub alpha: f64,
-    /// Poses between the starts of windows.
+    /// Poses between the starts of windows of the model's length; shorter ones start nearer in proportion.
     pub stride: usize,
+    /// Rate at which logs are measured, hertz, 2 to 200; by default the model's, or where too few trusted logs reach
+    /// that, theirs. Faster logs are interpolated down to it, slower ones refused.
+    pub rate: Option<f64>,
+    /// Steps of a window, at least 32; by default as many as the model's, or fewer where too few trusted logs are as
+    /// long. Logs that are too short for them are judged in windows of [`SHORTER_WINDOWS`](super::SHORTER_WINDOWS).
+    pub window: Option<usize>,
     /// Diffusion steps visited, at most the model's.
     pub steps: Option<usize>,
     /// Noise draws a window, over which statistics are averaged.
@@ -115,6 +123,8 @@ impl Default for FitOptions {
             keep_all: false,
             alpha: 0.05,
             stride: 32,
+            rate: None,
+            window: None,
             steps: None,
             draws: None,
             noise: NoiseSharing::Shared,
@@ -257,16 +267,19 @@ impl DetectorBuilder {
             needs,
             mut notes,
             left_out,
-        } = self.brought_together(model, trusted, &statistics, probe.poses())?;
+            window,
+        } = self.brought_together(model, trusted, &statistics)?;
         let trusted = trusted.as_ref();
-        let windows = windows_of_each(&logs, probe.poses(), options.stride)?;
+        let stride = extent::stride(model, window, options.stride);
+        probe.set_window(window);
+        let windows = windows_of_each(&logs, probe.poses(), stride)?;
         if windows.len() < FEW_WINDOWS {
             notes.push(Note::FewWindows {
                 windows: windows.len(),
                 needed: FEW_WINDOWS,
             });
         }
-        let config = self.config(model, statistics, &plan);
+        let config = self.config(statistics, &plan, window.div_ceil(stride), model);
         config.check()?;
 
         let shared = match options.join_overlapping {
@@ -289,13 +302,25 @@ impl DetectorBuilder {
             progress.measured(window.index + 1, total)
         })?;
         let poses = PoseReference::fit(&poses)?;
-        let numbers = stretch_numbers(&windows, options.stride);
-        let place = |(window, stretch): (&Window, usize)| Place {
-            group: groups.of_log[window.trajectory],
-            log: window.trajectory,
-            stretch,
-        };
-        let places: Vec<Place> = windows.iter().zip(numbers).map(place).collect();
+        let mut shorter = Vec::new();
+        for steps in extent::shorter(model, window, set) {
+            // Half as many as of the usual windows: what there is to overlap in so short a log is little.
+            let stride = 2 * extent::stride(model, steps, options.stride);
+            probe.set_window(steps);
+            let windows = windows_of_each(&logs, probe.poses(), stride)?;
+            let rows = probe.rows(&logs, &windows, set)?;
+            let places = places(&windows, stride, &groups);
+            let config = DetectorConfig {
+                overlap: steps.div_ceil(stride),
+                ..config.clone()
+            };
+            shorter.push(ShorterWindows {
+                window: steps,
+                stride,
+                statistics: DetectorStatistics::fit(config, &rows, &places, &groups.names)?,
+            });
+        }
+        let places = places(&windows, stride, &groups);
         let statistics = DetectorStatistics::fit(config, &rows, &places, &groups.names)?;
         let audit = &statistics.calibration().audit;
         notes.extend(audit.iter().map(|found| Note::UnlikeTheOthers {
@@ -333,7 +358,9 @@ impl DetectorBuilder {
             frame: needs.frame,
             steps: plan.steps,
             noise: plan.sharing,
-            stride: options.stride,
+            stride,
+            window: (window != model.header.window).then_some(window),
+            shorter,
             trusted: logs.iter().map(LogRecord::from).collect(),
             statistics,
             reference: probe.reference(),
@@ -344,7 +371,7 @@ impl DetectorBuilder {
             version: env!("CARGO_PKG_VERSION").to_string(),
         };
         Ok(Fitted {
-            detector: Detector::new(model.clone(), header, self.computing),
+            detector: Detector::new(carried(model, &header), header, self.computing),
             windows: total,
             notes,
             left_out,
@@ -357,13 +384,30 @@ impl DetectorBuilder {
         model: &Model,
         trusted: &'a [Trajectory],
         statistics: &StatisticsSet,
-        poses: usize,
     ) -> Result<Together<'a>> {
-        let needs = needs(model, trusted, statistics)?;
+        let needs = self.needs(model, trusted, statistics)?;
         let (mut logs, mut notes, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+        let usual = &model.header;
+        if needs.representation.kind == Kind::Motion && needs.rate < usual.rate {
+            notes.push(Note::MeasuredAt {
+                hertz: needs.rate,
+                usual: usual.rate,
+            });
+        }
+        let conformed: Vec<_> = trusted.iter().map(|log| conform(log, &needs)).collect();
+        let suitable = conformed.iter().flatten();
+        let lengths = suitable.map(|(log, _)| extent::longest(log)).collect();
+        let window = extent::window(model, lengths, statistics, self.options.window)?;
+        if self.options.window.is_none() && window < usual.window {
+            notes.push(Note::ShortWindows {
+                steps: window,
+                usual: usual.window,
+            });
+        }
+        let poses = usual.representation.kind.poses(window);
         let mut first_error = None;
-        for (index, log) in trusted.iter().enumerate() {
-            let conformed = conform(log, &needs).and_then(|(log, said)| {
+        for (index, conformed) in conformed.into_iter().enumerate() {
+            let conformed = conformed.and_then(|(log, said)| {
                 let one = std::slice::from_ref(log.as_ref());
                 windows_of_each(one, poses, self.options.stride)?;
                 Ok((log.into_owned(), said))
@@ -405,6 +449,23 @@ impl DetectorBuilder {
             needs,
             notes,
             left_out,
+            window,
+        })
+    }
+
+    /// What the trusted logs must be like: as the model and the first of them are, at a rate that most of them have.
+    fn needs(
+        &self,
+        model: &Model,
+        trusted: &[Trajectory],
+        statistics: &StatisticsSet,
+    ) -> Result<Needs> {
+        let first = trusted.first().ok_or(Error::NoLog { purpose: "fit on" })?;
+        Ok(Needs {
+            representation: model.header.representation,
+            metric: statistics.needs_increments(),
+            rate: extent::rate(model, trusted, statistics, self.options.rate)?,
+            frame: first.frame,
         })
     }
 
@@ -435,7 +496,13 @@ impl DetectorBuilder {
         checked(&plan, &Process::new(model.header.process)?, statistics)
     }
 
-    fn config(&self, model: &Model, statistics: StatisticsSet, plan: &ProbePlan) -> DetectorConfig {
+    fn config(
+        &self,
+        statistics: StatisticsSet,
+        plan: &ProbePlan,
+        overlap: usize,
+        model: &Model,
+    ) -> DetectorConfig {
         let options = &self.options;
         let usual = match statistics.blocks() {
             0 | 1 => Combination::Joint,
@@ -447,7 +514,7 @@ impl DetectorBuilder {
             combination: options.combination.unwrap_or(usual),
             shares: self.shares_of(model),
             keep_all: options.keep_all,
-            overlap: model.header.window.div_ceil(options.stride),
+            overlap,
             alpha: options.alpha,
             window_alpha: options.alpha,
             draws: plan.draws,
@@ -457,22 +524,6 @@ impl DetectorBuilder {
     }
 }
 
-/// What the trusted logs must be like: as the model and the first of them are.
-fn needs(model: &Model, trusted: &[Trajectory], statistics: &StatisticsSet) -> Result<Needs> {
-    let first = trusted.first().ok_or(Error::NoLog { purpose: "fit on" })?;
-    let representation = model.header.representation;
-    Ok(Needs {
-        representation,
-        metric: statistics.needs_increments(),
-        // A motion model fixes the rate; a paper model takes that of the trusted logs.
-        rate: match representation.kind {
-            Kind::Motion => model.header.rate,
-            Kind::Paper => first.rate.hertz,
-        },
-        frame: first.frame,
-    })
-}
-
 /// The trusted logs that can be used, as they were given and as the model needs them.
 struct Together<'a> {
     trusted: Cow<'a, [Trajectory]>,
@@ -480,6 +531,32 @@ struct Together<'a> {
     needs: Needs,
     notes: Vec<Note>,
     left_out: Vec<LeftOut>,
+    /// Steps of a window.
+    window: usize,
+}
+
+/// The model as a detector keeps it: without a joint network that it does not ask.
+fn carried(model: &Model, header: &DetectorHeader) -> Model {
+    let joint = match header.statistics.config().statistics.needs_joint() {
+        true => model.joint.clone(),
+        false => None,
+    };
+    Model {
+        header: model.header.clone(),
+        parameters: model.parameters.clone(),
+        joint,
+    }
+}
+
+/// Where each window lies.
+fn places(windows: &[Window], stride: usize, groups: &LogGroups) -> Vec<Place> {
+    let place = |(window, stretch): (&Window, usize)| Place {
+        group: groups.of_log[window.trajectory],
+        log: window.trajectory,
+        stretch,
+    };
+    let numbers = stretch_numbers(windows, stride);
+    windows.iter().zip(numbers).map(place).collect()
 }
 
 /// The values that plain quantities take in those of `logs` that are `kept`, by pose and by window.

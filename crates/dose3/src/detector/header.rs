@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::model_file::{self, LogRecord, Model};
 use crate::probe::{ProbePlan, ProbeReference};
 use crate::series::TrustedRanges;
-use dose3_datasets::Frame;
+use dose3_datasets::{Frame, Kind};
 use dose3_diffusion::NoiseSharing;
 use dose3_ood::{DetectorStatistics, PoseReference};
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub const KEY: &str = "dose3.detector";
 /// Version of [`DetectorHeader`] that this build writes. Version 2 added what single trusted poses look like;
 /// version 3 says every fact once, and what statistics learn from the trusted logs; version 4 added the ranges that plain
-/// quantities have in trusted logs, and a digest of the file.
+/// quantities have in trusted logs, a digest of the file, windows of other lengths than the model's, and the joint network.
 pub const VERSION: u32 = 4;
 /// The first version whose files say their own digest.
 pub(super) const SEALED: u32 = 4;
@@ -39,6 +39,12 @@ pub struct DetectorHeader {
     pub noise: NoiseSharing,
     /// Poses between the starts of windows.
     pub stride: usize,
+    /// Steps of a window; none: as many as the model's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window: Option<usize>,
+    /// For logs that are too short for such windows, the longer ones first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shorter: Vec<ShorterWindows>,
     /// The trusted logs.
     pub trusted: Vec<LogRecord>,
     /// Densities and calibration.
@@ -63,7 +69,45 @@ pub struct DetectorHeader {
     pub version: String,
 }
 
+/// Densities and calibration of windows of another length.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShorterWindows {
+    /// Steps of a window.
+    pub window: usize,
+    /// Poses between their starts.
+    pub stride: usize,
+    /// Densities and calibration.
+    pub statistics: DetectorStatistics,
+}
+
+/// Windows of one length, with what trusted ones are like.
+#[derive(Clone, Copy)]
+pub(crate) struct Windows<'a> {
+    /// Steps of a window.
+    pub steps: usize,
+    /// Poses between their starts.
+    pub stride: usize,
+    /// Densities and calibration.
+    pub statistics: &'a DetectorStatistics,
+}
+
 impl DetectorHeader {
+    /// Windows of every length that was fitted, the longest first.
+    pub(crate) fn windows(&self, model: &Model) -> Vec<Windows<'_>> {
+        let first = Windows {
+            steps: self.window.unwrap_or(model.header.window),
+            stride: self.stride,
+            statistics: &self.statistics,
+        };
+        let shorter = self.shorter.iter().map(|other| Windows {
+            steps: other.window,
+            stride: other.stride,
+            statistics: &other.statistics,
+        });
+        std::iter::once(first).chain(shorter).collect()
+    }
+
     /// How windows are noised.
     #[must_use]
     pub fn plan(&self) -> ProbePlan {
@@ -122,10 +166,35 @@ impl DetectorHeader {
             short.check(&self.statistics.config().statistics)?;
         }
         let set = &self.statistics.config().statistics;
+        let windows = self.windows(model);
+        let ordered = windows.windows(2).all(|pair| pair[1].steps < pair[0].steps);
+        let sound = |w: &Windows<'_>| {
+            let own = w.statistics.config();
+            w.stride > 0 && w.steps > 0 && own.statistics == *set && own.alpha.is_finite()
+        };
+        if !ordered || !windows.iter().all(sound) {
+            return unsound("its windows of several lengths do not belong together".into());
+        }
+        let free = model.header.representation.kind == Kind::Motion && !set.needs_trace();
+        if !free && (windows.len() > 1 || windows[0].steps != model.header.window) {
+            return unsound(format!("`{set}` takes windows of the model's length alone"));
+        }
         if set.needs_linear() != self.reference.linear.is_some() {
             return unsound(format!(
                 "`{set}` and the linear predictor do not belong together"
             ));
+        }
+        if set.needs_joint() != self.reference.scale.is_some() {
+            return unsound(format!(
+                "`{set}` and the scale of the axes do not belong together"
+            ));
+        }
+        let positive = |scale: &[f64; 6]| scale.iter().all(|s| s.is_finite() && *s > 0.0);
+        if !self.reference.scale.as_ref().is_none_or(positive) {
+            return unsound("the scale of its axes is not positive".into());
+        }
+        if set.needs_joint() && model.joint.is_none() {
+            return Err(Error::NoJointNetwork);
         }
         Ok(())
     }
@@ -174,6 +243,8 @@ impl Before3 {
             steps: self.probe.steps,
             noise: self.probe.sharing,
             stride: self.stride,
+            window: None,
+            shorter: Vec::new(),
             trusted: self.trusted,
             statistics: self.statistics,
             reference: ProbeReference::default(),

@@ -1,6 +1,8 @@
 //! Judging: what a detector says of a log.
 
 use super::Detector;
+use crate::detector::extent::longest;
+use crate::detector::header::Windows;
 use crate::error::{Error, Result, Setting};
 use crate::logs::{Note, conform};
 use crate::progress::Progress;
@@ -17,7 +19,7 @@ pub struct JudgeOptions {
 
 impl Detector {
     /// Judges a log. Its windows lie as those of the trusted logs did, because the calibration knows how much they
-    /// overlap. The report does not depend on the number of threads.
+    /// overlap; of several lengths that were fitted it is the longest that the log has. The report does not depend on the number of threads.
     ///
     /// # Errors
     /// A log in another frame, in another unit, slower than the trusted logs where that matters, or without one
@@ -46,9 +48,17 @@ impl Detector {
         let logs = std::slice::from_ref(log.as_ref());
         let header = &self.header;
         let set = &header.statistics.config().statistics;
+        let mut notes = notes;
+        let of_length = self.windows_for(&logs[0]);
+        let usual = self.model.header.window;
+        if of_length.steps < header.window.unwrap_or(usual) {
+            let steps = of_length.steps;
+            notes.push(Note::ShortWindows { steps, usual });
+        }
         let mut pose_scores = vec![None; log.len()];
         let (windows, rows) = self.loaded.with(self, |probe| {
-            let windows = windows_of_each(logs, probe.poses(), header.stride)?;
+            probe.set_window(of_length.steps);
+            let windows = windows_of_each(logs, probe.poses(), of_length.stride)?;
             let mut rows = Vec::with_capacity(windows.len());
             probe.measure(logs, &windows, |window| {
                 rows.push(window.row(set)?);
@@ -61,11 +71,11 @@ impl Detector {
             })?;
             Ok((windows, rows))
         })?;
-        let stretches = stretch_numbers(&windows, header.stride);
+        let stretches = stretch_numbers(&windows, of_length.stride);
         let alpha = options.alpha.unwrap_or(header.statistics.config().alpha);
         let whole = header.whole.judge(&log, alpha)?;
         let outside = whole.tests(&log);
-        let evidence = header
+        let evidence = of_length
             .statistics
             .judge_with(&rows, &stretches, &outside, alpha)?;
         let mut said: Vec<String> = notes.iter().map(Note::to_string).collect();
@@ -78,5 +88,14 @@ impl Detector {
         let mut report = Report::new(&log, &windows, evidence, whole, poses, said);
         reasons::explain(self, &log, &mut report)?;
         Ok(report)
+    }
+
+    /// The longest windows that a log has; the shortest where it has none.
+    fn windows_for(&self, log: &Trajectory) -> Windows<'_> {
+        let kind = self.model.header.representation.kind;
+        let all = self.header.windows(&self.model);
+        let longest = longest(log);
+        let fits = |windows: &&Windows<'_>| kind.poses(windows.steps) <= longest;
+        *all.iter().find(fits).unwrap_or(&all[all.len() - 1])
     }
 }

@@ -35,6 +35,7 @@ impl Detector {
         let plan = header.plan();
         let mut probe = Probe::for_sets(&self.model, &plan, [set], self.computing)?;
         probe.set_reference(&header.reference);
+        probe.set_window(header.window.unwrap_or(self.model.header.window));
         Ok(probe)
     }
 }

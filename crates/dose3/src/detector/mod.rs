@@ -1,5 +1,6 @@
 //! Detectors: a model, and what trusted logs look like to it.
 
+mod extent;
 mod fit;
 mod header;
 mod judge;
@@ -7,11 +8,12 @@ mod loaded;
 mod short;
 mod whole;
 
+pub use extent::SHORTER_WINDOWS;
 pub use fit::{
     Defaults, DetectorBuilder, FitOptions, Fitted, LeftOut, MOTION_SHARES, MOTION_STATISTICS,
 };
 use header::SEALED;
-pub use header::{DetectorHeader, KEY, VERSION};
+pub use header::{DetectorHeader, KEY, ShorterWindows, VERSION};
 pub use judge::JudgeOptions;
 pub use short::ShortReference;
 pub use whole::{CALIBRATION_SHARE, TIMING_SHARE, WholeFindings, WholeReference};
@@ -45,7 +47,7 @@ impl Detector {
     /// to be good; [`Detector::builder`] has the others. No network is trained.
     ///
     /// # Errors
-    /// No log; logs that do not fit together or are shorter than a window (13 s at 10 Hz); too few windows.
+    /// No log; logs that do not fit together or are shorter than every window (33 poses); too few windows.
     pub fn fit(trusted: &[Trajectory]) -> Result<Self> {
         Self::builder().fit(trusted)
     }

@@ -36,7 +36,7 @@ impl ShortReference {
         config: &DetectorConfig,
     ) -> Result<Option<Self>> {
         let set = &config.statistics;
-        if set.needs_trace() || set.needs_window() {
+        if set.needs_trace() || set.needs_window() || set.needs_joint() {
             return Ok(None);
         }
         let cut = windows(logs, STEPS + 1, STEPS);

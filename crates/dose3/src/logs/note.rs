@@ -36,6 +36,20 @@ pub enum Note {
         /// The rate needed, hertz.
         to: f64,
     },
+    /// Trusted logs are measured at another rate than the model's, because too few reach that.
+    MeasuredAt {
+        /// The rate, hertz.
+        hertz: f64,
+        /// The model's, hertz.
+        usual: f64,
+    },
+    /// Windows are shorter than the usual ones.
+    ShortWindows {
+        /// Steps of a window.
+        steps: usize,
+        /// Steps of the usual ones.
+        usual: usize,
+    },
     /// The body axes of the trusted logs are not known.
     UnknownAxes,
     /// Two trusted logs are not independent of each other.
@@ -91,6 +105,16 @@ impl fmt::Display for Note {
             Self::Interpolated { from, to } => {
                 write!(f, "interpolated from {from:.4} Hz down to {to:.4} Hz")
             }
+            Self::MeasuredAt { hertz, usual } => write!(
+                f,
+                "measured at {hertz:.4} Hz, not at {usual:.4} Hz, which too few of the trusted logs reach: \
+                 fast and short faults show less"
+            ),
+            Self::ShortWindows { steps, usual } => write!(
+                f,
+                "measured in windows of {steps} steps instead of {usual}, because there are too few poses \
+                 without a gap: fewer faults show"
+            ),
             Self::UnknownAxes => f.write_str(
                 "the body axes of the trusted logs are not known and taken as they are: logs to be \
                  judged must come from the same source",

@@ -4,7 +4,9 @@ use crate::error::Result;
 use dose3_datasets::{Trajectory, Window, WindowTensor};
 use dose3_diffusion::rotation_tangents;
 use dose3_ood::localise::pose_numbers;
-use dose3_ood::statistics::{LinearPredictor, PoseWindow, Sample, StatisticsSet, TraceSummary};
+use dose3_ood::statistics::{
+    JointErrors, LinearPredictor, PoseWindow, Sample, StatisticsSet, TraceSummary,
+};
 use std::cell::OnceCell;
 use std::ops::Range;
 use std::sync::Arc;
@@ -26,6 +28,8 @@ pub struct Measured<'a> {
     pub increments: Vec<f64>,
     /// What `lin` predicts the increments with, where it was learnt.
     pub linear: Option<Arc<LinearPredictor>>,
+    /// What the joint network got wrong, where it runs.
+    pub joint: Option<JointErrors>,
     /// Logarithms of the represented rotations, `[length, 3]`; few statistics ask for them.
     pub(super) tangents: OnceCell<Vec<f32>>,
     /// Poses of the log that lie nearer to the middle of this window than to that of its neighbours.
@@ -82,6 +86,7 @@ impl Measured<'_> {
             traces: &self.traces,
             increments: Some(&self.increments),
             linear: self.linear.as_deref(),
+            joint: self.joint.as_ref(),
             ..Sample::default()
         }
     }

@@ -22,11 +22,13 @@
 //! # Ok::<(), dose3::Error>(())
 //! ```
 
+mod joint;
 mod measured;
 mod pass;
 mod plan;
 mod reference;
 
+use joint::JointProbe;
 pub use measured::Measured;
 pub(crate) use pass::Pass;
 pub use plan::{ProbePlan, checked};
@@ -46,6 +48,8 @@ use std::sync::Arc;
 pub struct Probe {
     /// The networks with what of them runs; none where no statistic needs them.
     networks: Option<(ModelPair, Branches)>,
+    /// The joint network; none where no statistic needs it.
+    joint: Option<JointProbe>,
     process: Process,
     representation: Representation,
     plan: ProbePlan,
@@ -60,7 +64,16 @@ impl Probe {
     /// # Errors
     /// A diffusion process that cannot be had.
     pub fn new(model: &Model, plan: &ProbePlan) -> Result<Self> {
-        Self::load(model, plan, Some(Branches::Both), Computing::default())
+        let computing = Computing::default();
+        let joint = match model.joint {
+            Some(_) => Some(JointProbe::new(
+                model,
+                computing.threads,
+                (plan.seed, plan.draws),
+            )?),
+            None => None,
+        };
+        Self::load(model, plan, Some(Branches::Both), joint, computing)
     }
 
     /// A probe that loads and runs only what `sets` need, as `computing` says.
@@ -73,16 +86,26 @@ impl Probe {
         sets: impl IntoIterator<Item = &'s StatisticsSet>,
         computing: Computing,
     ) -> Result<Self> {
-        let needed = sets.into_iter().filter_map(networks);
+        let sets: Vec<&StatisticsSet> = sets.into_iter().collect();
         // Both networks where any set needs both.
+        let needed = sets.iter().filter_map(|set| networks(set));
         let needed = needed.max_by_key(|branches| *branches == Branches::Both);
-        Self::load(model, plan, needed, computing)
+        let joint = match sets.iter().any(|set| set.needs_joint()) {
+            true => Some(JointProbe::new(
+                model,
+                computing.threads,
+                (plan.seed, plan.draws),
+            )?),
+            false => None,
+        };
+        Self::load(model, plan, needed, joint, computing)
     }
 
     fn load(
         model: &Model,
         plan: &ProbePlan,
         branches: Option<Branches>,
+        joint: Option<JointProbe>,
         computing: Computing,
     ) -> Result<Self> {
         let header = &model.header;
@@ -92,6 +115,7 @@ impl Probe {
         };
         Ok(Self {
             networks,
+            joint,
             process: Process::new(header.process)?,
             representation: header.representation,
             plan: *plan,
@@ -103,6 +127,12 @@ impl Probe {
     /// Poses of a window.
     pub fn poses(&self) -> usize {
         self.poses
+    }
+
+    /// Measures windows of so many steps from now on. Networks are trained at the model's own length; statistics
+    /// without one take any.
+    pub fn set_window(&mut self, steps: usize) {
+        self.poses = self.representation.kind.poses(steps);
     }
 
     /// How windows are noised.
@@ -160,6 +190,7 @@ impl Probe {
     ) -> Result<(), E> {
         let pass = &mut Pass {
             networks: self.networks.as_mut().map(|(models, b)| (models, *b)),
+            joint: self.joint.as_mut(),
             process: &self.process,
             plan: self.plan,
             representation: self.representation,

@@ -1,13 +1,14 @@
 //! One pass over windows: represent, noise, estimate, summarise. Windows are taken a few at a time, so memory
 //! does not grow with the log.
 
+use super::joint::JointProbe;
 use super::measured::{Measured, own_poses};
 use super::plan::ProbePlan;
 use super::reference::Learnt;
 use crate::error::{Error, Result};
 use dose3_datasets::{Representation, Trajectory, Window, WindowTensor, increments};
 use dose3_diffusion::{Branches, ModelPair, NoiseSharing, Process, trace};
-use dose3_ood::statistics::{Trace, TraceSummary};
+use dose3_ood::statistics::{JointErrors, Trace, TraceSummary};
 use rayon::prelude::*;
 use std::cell::OnceCell;
 use std::ops::Range;
@@ -20,6 +21,8 @@ const BATCH: usize = 480;
 pub(crate) struct Pass<'p> {
     /// The networks to run, if any.
     pub networks: Option<(&'p mut ModelPair, Branches)>,
+    /// The joint network, where it runs.
+    pub joint: Option<&'p mut JointProbe>,
     pub process: &'p Process,
     pub plan: ProbePlan,
     pub representation: Representation,
@@ -40,6 +43,7 @@ impl Pass<'_> {
             let first = chunk_index * at_once;
             let tensors = self.represent(logs, chunk)?;
             let summaries = self.summaries(&tensors, steps)?;
+            let mut errors = self.joint_errors(logs, chunk)?.into_iter();
             for (i, (tensor, traces)) in tensors.into_iter().zip(summaries).enumerate() {
                 let index = first + i;
                 let window = windows[index];
@@ -53,6 +57,7 @@ impl Pass<'_> {
                     tensor,
                     increments: increments(poses, log.frame),
                     linear: self.learnt.of_log(window.trajectory),
+                    joint: errors.next(),
                     tangents: OnceCell::new(),
                     own: own_poses(windows, index),
                     drawn: self.plan.sharing != NoiseSharing::None,
@@ -71,6 +76,24 @@ impl Pass<'_> {
             })
         };
         windows.iter().map(one).collect()
+    }
+
+    /// Per window; none where the joint network does not run, or before a scale is learnt.
+    fn joint_errors(
+        &mut self,
+        logs: &[Trajectory],
+        windows: &[Window],
+    ) -> Result<Vec<JointErrors>> {
+        let (Some(joint), Some(scale)) = (&mut self.joint, self.learnt.scale) else {
+            return Ok(Vec::new());
+        };
+        let mut of_windows = Vec::with_capacity(windows.len());
+        for window in windows {
+            let poses = window.poses(logs).ok_or_else(|| outside(window))?;
+            let log = &logs[window.trajectory];
+            of_windows.push((increments(poses, log.frame), log));
+        }
+        joint.errors(&of_windows, scale)
     }
 
     /// Per window one summary a draw; none where no network runs.

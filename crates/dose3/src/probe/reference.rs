@@ -1,9 +1,10 @@
 //! What statistics learn from the trusted logs before they are computed.
 
 use crate::error::Result;
+use crate::joint;
 use dose3_datasets::{LogGroups, Trajectory, increments, stretches};
 use dose3_ood::StatisticsSet;
-use dose3_ood::statistics::{LinearPredictor, LinearReference};
+use dose3_ood::statistics::{CHANNELS, LinearPredictor, LinearReference, axis_scale};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -14,6 +15,9 @@ pub struct ProbeReference {
     /// How each axis of the motion follows from the others, for `lin`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub linear: Option<LinearPredictor>,
+    /// Metres and radians a step that count as 1 on each axis, for the joint network.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<[f64; CHANNELS]>,
 }
 
 impl ProbeReference {
@@ -30,6 +34,8 @@ pub(crate) struct Learnt {
     new: Option<Arc<LinearPredictor>>,
     /// For each trusted log, learnt without its group; empty where new logs are measured.
     of_log: Vec<Arc<LinearPredictor>>,
+    /// Of the joint network, by all trusted logs.
+    pub scale: Option<[f64; CHANNELS]>,
 }
 
 impl Learnt {
@@ -38,8 +44,16 @@ impl Learnt {
         groups: &LogGroups,
         set: &StatisticsSet,
     ) -> Result<Self> {
+        let mut learnt = Self::default();
+        if set.needs_joint() {
+            let mut all = Vec::new();
+            for log in logs {
+                all.extend(joint::steps(log)?);
+            }
+            learnt.scale = Some(axis_scale(&all));
+        }
         if !set.needs_linear() {
-            return Ok(Self::default());
+            return Ok(learnt);
         }
         let (mut of_stretches, mut group) = (Vec::new(), Vec::new());
         for (log, of_log) in logs.iter().zip(&groups.of_log) {
@@ -56,6 +70,7 @@ impl Learnt {
         Ok(Self {
             new: Some(Arc::new(reference.into_all())),
             of_log: groups.of_log.iter().map(|g| without[*g].clone()).collect(),
+            ..learnt
         })
     }
 
@@ -63,6 +78,7 @@ impl Learnt {
         Self {
             new: reference.linear.clone().map(Arc::new),
             of_log: Vec::new(),
+            scale: reference.scale,
         }
     }
 
@@ -73,6 +89,7 @@ impl Learnt {
     pub fn reference(&self) -> ProbeReference {
         ProbeReference {
             linear: self.new.as_deref().cloned(),
+            scale: self.scale,
         }
     }
 }

@@ -37,9 +37,12 @@ impl Monitor {
         options.check(header.stride)?;
         let every = options.every(header.stride);
         let model = &detector.model().header;
-        let poses = model.representation.kind.poses(model.window);
+        let poses = model
+            .representation
+            .kind
+            .poses(header.window.unwrap_or(model.window));
         let set = &header.statistics.config().statistics;
-        let probe = match set.needs_trace() || set.needs_window() {
+        let probe = match set.needs_trace() || set.needs_window() || set.needs_joint() {
             true => Some(Mutex::new(detector.probe()?)),
             false => None,
         };

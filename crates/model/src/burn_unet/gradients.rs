@@ -1,12 +1,11 @@
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Gradients, Tensor};
 
-use super::UNet;
 use crate::{ModelError, ParameterLayout};
 
 /// All gradients of a network, flat, in layout order, still on the device.
 pub(super) fn collect(
-    network: &UNet,
+    network: &impl Module,
     gradients: Gradients,
     layout: &ParameterLayout,
 ) -> Result<Tensor<1>, ModelError> {

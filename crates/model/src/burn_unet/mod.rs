@@ -1,4 +1,4 @@
-//! The network on burn: its definition, the reference for faster implementations, and the road to GPUs.
+//! The networks on burn: their definition, the reference for faster implementations, and the road to GPUs.
 //!
 //! One file per block. Tensors inside are `[batch, channels, length]`, as in PyTorch;
 //! field names and their order are those of the [`ParameterLayout`](crate::ParameterLayout),
@@ -9,6 +9,7 @@ mod backend;
 mod block;
 mod conv;
 mod gradients;
+mod joint;
 mod model;
 mod norm;
 mod resample;
@@ -17,5 +18,6 @@ mod time;
 mod unet;
 
 pub use backend::Backend;
+pub use joint::{BurnJoint, JointNetwork};
 pub use model::BurnModel;
 pub use unet::UNet;

@@ -97,15 +97,15 @@ impl NoiseModel for BurnModel {
     }
 }
 
-fn channels_first(x: Tensor<3>) -> Tensor<3> {
+pub(super) fn channels_first(x: Tensor<3>) -> Tensor<3> {
     x.swap_dims(1, 2)
 }
 
-fn channels_last(x: Tensor<3>) -> Tensor<3> {
+pub(super) fn channels_last(x: Tensor<3>) -> Tensor<3> {
     x.swap_dims(1, 2)
 }
 
-fn download<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, ModelError> {
+pub(super) fn download<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, ModelError> {
     let data = tensor
         .try_into_data()
         .map_err(|error| ModelError::Compute(error.to_string()))?;

@@ -19,6 +19,7 @@
 //! | `kinematic` | 36 | body velocity, angular rate and their differences (a baseline without a network) | increments |
 //! | `differences` | 36 | quantiles of the first and second differences of velocity and rate (no network) | increments |
 //! | `lin` | 36 | quantiles of what a linear prediction of each axis from the others leaves over (no network) | increments, [`LinearPredictor`] |
+//! | `joint`, `joint-given`, `joint-quantiles`, `joint-elbo` | 24, 24, 96, 6 | denoising errors of the joint network, and those given other axes | [`JointErrors`] |
 //! | `cc` | 28 | correlation of pairs of axes and its lag (no network) | increments |
 //!
 //! Members joined by `+` share one density. A set may also hold blocks, separated by commas:
@@ -28,12 +29,14 @@
 mod bands;
 mod correlation;
 mod differences;
+mod joint;
 mod kinematic;
 mod linear;
 mod moments;
 mod paper;
 mod path;
 mod quantile;
+mod scale;
 mod set;
 mod statistic;
 mod trace;
@@ -41,12 +44,16 @@ pub(crate) mod twist;
 mod workspace;
 
 pub use bands::BANDS;
+pub(crate) use joint::POSE_NUMBERS as JOINT_POSE_NUMBERS;
+pub use joint::{JointErrors, JointView, VIEWS};
 pub use linear::{Deviation, LinearPredictor, LinearReference, Regressors};
 pub use moments::PoseWindow;
 pub use quantile::quantile_sorted;
+pub use scale::axis_scale;
 pub use set::{Group, Sample, StatisticsSet};
 pub use statistic::Statistic;
 pub use trace::{Accumulator, CHANNELS, StepMoments, Trace, TraceSummary};
+pub use twist::{Twist, halfway};
 pub use workspace::Workspace;
 
 /// Names of the six channels, in the order of the last axis of `eps_hat`.

@@ -1,7 +1,7 @@
 //! Sets of statistics: unions of named members.
 
 use super::statistic::{Source, Statistic};
-use super::{LinearPredictor, PoseWindow, Trace, TraceSummary, Workspace};
+use super::{JointErrors, LinearPredictor, PoseWindow, Trace, TraceSummary, Workspace};
 use crate::error::{Error, expect_finite};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -45,6 +45,8 @@ pub struct Sample<'a> {
     /// What `lin` predicts each axis with: that of the detector, or for trusted logs the one that has not seen
     /// their group ([`LinearReference::without`](super::LinearReference::without)).
     pub linear: Option<&'a LinearPredictor>,
+    /// What the joint network got wrong, for `joint` and its like.
+    pub joint: Option<&'a JointErrors>,
 }
 
 impl StatisticsSet {
@@ -239,6 +241,12 @@ impl StatisticsSet {
     #[must_use]
     pub fn needs_increments(&self) -> bool {
         self.needs(Source::Increments)
+    }
+
+    /// Whether [`Sample::joint`] is needed: the joint network, and the scale of the trusted logs.
+    #[must_use]
+    pub fn needs_joint(&self) -> bool {
+        self.needs(Source::Joint)
     }
 
     /// Whether [`Sample::linear`] is needed: a state fitted to trusted logs, beside their densities.

@@ -1,8 +1,8 @@
 //! The named members of a set.
 
 use super::{
-    Column, Sample, TraceSummary, Workspace, bands, correlation, differences, kinematic, linear,
-    moments, paper, path,
+    Column, JointErrors, Sample, TraceSummary, Workspace, bands, correlation, differences, joint,
+    kinematic, linear, moments, paper, path,
 };
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -42,6 +42,14 @@ pub enum Statistic {
     Lin,
     /// Cross-correlations of pairs of axes and their lags.
     Cc,
+    /// Log mean denoising error of the joint network per axis and level.
+    Joint,
+    /// The same given the other branch, and given the other axes.
+    JointGiven,
+    /// Upper quantile and maximum over poses of both.
+    JointQuantiles,
+    /// Their sum over levels as in the evidence lower bound, per axis.
+    JointElbo,
 }
 
 /// What a statistic is computed from.
@@ -50,11 +58,12 @@ pub(super) enum Source {
     Trace,
     Poses,
     Increments,
+    Joint,
 }
 
 impl Statistic {
     /// All statistics, in the order of the documentation.
-    pub const ALL: [Statistic; 14] = [
+    pub const ALL: [Statistic; 18] = [
         Statistic::Paper24,
         Statistic::Paper12,
         Statistic::R3,
@@ -69,6 +78,10 @@ impl Statistic {
         Statistic::Differences,
         Statistic::Lin,
         Statistic::Cc,
+        Statistic::Joint,
+        Statistic::JointGiven,
+        Statistic::JointQuantiles,
+        Statistic::JointElbo,
     ];
 
     /// The name used in files, on the command line and in tables.
@@ -89,6 +102,10 @@ impl Statistic {
             Statistic::Differences => "differences",
             Statistic::Lin => "lin",
             Statistic::Cc => "cc",
+            Statistic::Joint => "joint",
+            Statistic::JointGiven => "joint-given",
+            Statistic::JointQuantiles => "joint-quantiles",
+            Statistic::JointElbo => "joint-elbo",
         }
     }
 
@@ -98,6 +115,10 @@ impl Statistic {
             Statistic::Kinematic | Statistic::Differences | Statistic::Lin | Statistic::Cc => {
                 Source::Increments
             }
+            Statistic::Joint
+            | Statistic::JointGiven
+            | Statistic::JointQuantiles
+            | Statistic::JointElbo => Source::Joint,
             _ => Source::Trace,
         }
     }
@@ -120,6 +141,10 @@ impl Statistic {
             Statistic::Differences => differences::columns(),
             Statistic::Lin => linear::columns(),
             Statistic::Cc => correlation::columns(),
+            Statistic::Joint => joint::columns(),
+            Statistic::JointGiven => joint::given_columns(),
+            Statistic::JointQuantiles => joint::quantile_columns(),
+            Statistic::JointElbo => joint::elbo_columns(),
         }
     }
 
@@ -139,6 +164,14 @@ impl Statistic {
                 })?;
                 moments::values(&window, out)
             }
+            Source::Joint => {
+                let errors = sample.joint.ok_or(Error::MissingInput {
+                    statistic: self,
+                    input: "errors of the joint network",
+                })?;
+                self.of_joint(errors, out);
+                Ok(())
+            }
             Source::Increments => {
                 let increments = sample.increments.ok_or(Error::MissingInput {
                     statistic: self,
@@ -157,6 +190,15 @@ impl Statistic {
                     _ => kinematic::values(increments, work, out),
                 }
             }
+        }
+    }
+
+    fn of_joint(self, errors: &JointErrors, out: &mut Vec<f64>) {
+        match self {
+            Statistic::JointGiven => joint::given_values(errors, out),
+            Statistic::JointQuantiles => joint::quantile_values(errors, out),
+            Statistic::JointElbo => joint::elbo_values(errors, out),
+            _ => joint::values(errors, out),
         }
     }
 
@@ -202,7 +244,11 @@ impl Statistic {
             | Statistic::Kinematic
             | Statistic::Differences
             | Statistic::Lin
-            | Statistic::Cc => {}
+            | Statistic::Cc
+            | Statistic::Joint
+            | Statistic::JointGiven
+            | Statistic::JointQuantiles
+            | Statistic::JointElbo => {}
         }
         Ok(())
     }

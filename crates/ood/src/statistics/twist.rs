@@ -9,7 +9,7 @@ use crate::error::{Error, expect_finite, expect_len};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// One step: translation x, y, z in metres, seen from half-way, then the rotation tangent x, y, z in radians.
-pub(crate) type Twist = [f64; CHANNELS];
+pub type Twist = [f64; CHANNELS];
 
 /// No platform moves by as much in one pose; products of larger numbers overflow.
 const LARGEST: f64 = 1e100;
@@ -18,7 +18,7 @@ const LARGEST: f64 = 1e100;
 ///
 /// # Errors
 /// [`Error::Shape`] where they are no multiple of six numbers, [`Error::NotFinite`].
-pub(crate) fn halfway(increments: &[f64]) -> Result<Vec<Twist>, Error> {
+pub fn halfway(increments: &[f64]) -> Result<Vec<Twist>, Error> {
     let mut twists = Vec::new();
     halfway_into(increments, &mut twists)?;
     Ok(twists)

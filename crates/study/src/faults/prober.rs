@@ -53,6 +53,7 @@ impl Prober {
         let untrained = Model {
             header: model.header.clone(),
             parameters: PairParameters::init(&model.parameters.config(), settings.seed)?,
+            joint: None,
         };
         let probe = |model: &Model, trained: bool| -> Result<Probe> {
             let sets = distinct(&of_networks(&all(), trained))?;

@@ -86,6 +86,18 @@ pub const CONTENDERS: [Contender; 14] = [
     },
 ];
 
+/// Rows of the joint network, for models that have one.
+pub const OF_JOINT: [Contender; 4] = [
+    block("joint"),
+    block("joint-given"),
+    block("joint-quantiles"),
+    tests(
+        "joint network as a test",
+        "kinematic,differences,lin/cc/joint",
+        Some(&[0.6, 0.2, 0.2]),
+    ),
+];
+
 /// The network's block with a share of alpha of its own.
 const WITH_NETWORK: &str = "kinematic,differences,lin/cc/residual+eps-mean";
 /// Each block with a share of alpha of its own.
@@ -105,11 +117,11 @@ impl Contender {
 
 #[cfg(test)]
 mod tests {
-    use super::CONTENDERS;
+    use super::{CONTENDERS, OF_JOINT};
 
     #[test]
     fn all_statistics_are_known() {
-        for contender in CONTENDERS {
+        for contender in CONTENDERS.into_iter().chain(OF_JOINT) {
             assert!(
                 contender.set().unwrap().dimension() > 0,
                 "{}",

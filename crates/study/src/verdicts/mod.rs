@@ -40,6 +40,10 @@ pub struct VerdictOptions {
     pub rows: Vec<String>,
     /// Most pieces of logs a set.
     pub pieces: Option<usize>,
+    /// Rate at which logs are measured, hertz; none: the model's.
+    pub rate: Option<f64>,
+    /// Steps of a window; none: the model's.
+    pub window: Option<usize>,
     /// Only the test logs are judged, not every group of logs left out in turn.
     pub one_fold: bool,
 }

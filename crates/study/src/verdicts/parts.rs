@@ -71,6 +71,7 @@ pub fn of_set(
     record: &mut Record,
 ) -> Result<()> {
     let groups = set.groups();
+    run.measurer.scale_by(&set.logs)?;
     let cut = run.measurer.windows(&set.logs);
     let measured = Measured {
         table: run.measurer.measure(&set.logs, &cut)?,
@@ -83,16 +84,10 @@ pub fn of_set(
     }
     let mut plans = Vec::new();
     if sections.contains(&Section::Short) {
-        plans.extend([100, 30, 10].map(|faulty| Plan {
-            length: 1000,
-            faulty,
-        }));
+        plans.extend([100, 30, 10].map(|faulty| run.plan(1000, faulty)));
     }
     if sections.contains(&Section::Lengths) {
-        plans.extend([300, 5000].map(|length| Plan {
-            length,
-            faulty: 100,
-        }));
+        plans.extend([300, 5000].map(|length| run.plan(length, 100)));
     }
     if !plans.is_empty() {
         called(run, set, &measured, &plans, record)?;

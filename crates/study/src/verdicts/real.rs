@@ -180,6 +180,7 @@ pub fn vio(root: &DataRoot, run: &mut Run<'_>) -> Result<(Vec<Judgement>, Vec<St
             });
         }
     }
+    run.measurer.scale_by(&trusted)?;
     let windows = run.measurer.windows(&trusted);
     let measured = Measured {
         table: run.measurer.measure(&trusted, &windows)?,
@@ -258,6 +259,7 @@ pub fn kitti(
     }
     let estimates = read(&folder, run.hertz, run.measurer.poses, &mut left)?;
     let groups: Vec<usize> = (0..reference.len()).collect();
+    run.measurer.scale_by(reference)?;
     let windows = run.measurer.windows(reference);
     let measured = Measured {
         table: run.measurer.measure(reference, &windows)?,

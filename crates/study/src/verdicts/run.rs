@@ -1,8 +1,9 @@
 //! What all parts share.
 
 use super::Record;
-use super::contender::{CONTENDERS, Contender};
+use super::contender::{CONTENDERS, Contender, OF_JOINT};
 use super::judge::Settings;
+use super::pieces::Plan;
 use super::table::Measurer;
 use crate::faults::{self as benchmark, FaultOptions, Part};
 use crate::options::Options;
@@ -29,8 +30,10 @@ pub struct Run<'a> {
     pub settings: Settings,
     /// Of windows.
     pub measurer: Measurer,
-    /// The model's rate.
+    /// The rate at which logs are measured.
     pub hertz: f64,
+    /// The model's.
+    usual: f64,
 }
 
 impl<'a> Run<'a> {
@@ -41,7 +44,9 @@ impl<'a> Run<'a> {
     pub fn new(options: &'a Options, of_faults: &'a FaultOptions) -> Result<Self> {
         let model = benchmark::models(&of_faults.models)?.swap_remove(0);
         let rows = &of_faults.verdicts.rows;
-        let known = CONTENDERS.map(|contender| contender.key);
+        let joint = OF_JOINT.into_iter().filter(|_| model.joint.is_some());
+        let all: Vec<Contender> = CONTENDERS.into_iter().chain(joint).collect();
+        let known: Vec<&str> = all.iter().map(|contender| contender.key).collect();
         if let Some(unknown) = rows.iter().find(|row| !known.contains(&row.as_str())) {
             anyhow::bail!(
                 "no row is named {unknown:?}, expected one of {}",
@@ -50,17 +55,20 @@ impl<'a> Run<'a> {
         }
         let chosen =
             |contender: &Contender| rows.is_empty() || rows.iter().any(|row| row == contender.key);
-        let contenders: Vec<Contender> = CONTENDERS.into_iter().filter(chosen).collect();
+        let contenders: Vec<Contender> = all.into_iter().filter(chosen).collect();
         let sets = contenders.iter().map(Contender::set);
         let sets: Vec<StatisticsSet> = sets.collect::<Result<_>>()?;
         let steps = of_faults.steps.unwrap_or(benchmark::STEPS);
         let draws = of_faults.draws.unwrap_or(benchmark::DRAWS);
         let plan = (steps, draws, of_faults.seed);
-        let measurer = Measurer::new(&model, &sets, plan, of_faults.stride, options.computing)?;
+        let mut measurer = Measurer::new(&model, &sets, plan, of_faults.stride, options.computing)?;
+        if let Some(steps) = of_faults.verdicts.window {
+            measurer.set_window(steps);
+        }
         Ok(Self {
             settings: Settings {
                 density: options.density.parse()?,
-                overlap: model.header.window.div_ceil(of_faults.stride),
+                overlap: (measurer.poses - 1).div_ceil(measurer.stride),
                 draws,
                 seed: of_faults.seed,
             },
@@ -68,7 +76,8 @@ impl<'a> Run<'a> {
             of_faults,
             contenders,
             measurer,
-            hertz: model.header.rate,
+            hertz: of_faults.verdicts.rate.unwrap_or(model.header.rate),
+            usual: model.header.rate,
         })
     }
 
@@ -81,6 +90,15 @@ impl<'a> Run<'a> {
             density: self.options.density.clone(),
             contenders: rows.map(|row| (row.key, row.statistics)).collect(),
             ..Record::default()
+        }
+    }
+
+    /// Pieces of so many poses with so many faulty ones at the model's rate; at another rate they span the same time.
+    pub fn plan(&self, length: usize, faulty: usize) -> Plan {
+        let poses = |n: usize| (n as f64 * self.hertz / self.usual).round().max(1.0) as usize;
+        Plan {
+            length: poses(length),
+            faulty: poses(faulty),
         }
     }
 

@@ -3,11 +3,12 @@
 use anyhow::{Context, Result};
 use dose3::backend::Computing;
 use dose3::model_file::Model;
+use dose3::probe::ProbeReference;
 use dose3::{Probe, ProbePlan};
 use dose3_datasets::{Trajectory, Window, increments, stretches};
 use dose3_diffusion::NoiseSharing;
 use dose3_ood::StatisticsSet;
-use dose3_ood::statistics::{LinearPredictor, LinearReference, Sample, Statistic};
+use dose3_ood::statistics::{LinearPredictor, LinearReference, Sample, Statistic, axis_scale};
 
 /// What is measured, and how.
 pub struct Measurer {
@@ -64,6 +65,30 @@ impl Measurer {
             members,
             stride,
         })
+    }
+
+    /// Measures windows of so many steps from now on, as much nearer to each other as they are shorter.
+    pub fn set_window(&mut self, steps: usize) {
+        let usual = self.poses - 1;
+        self.probe.set_window(steps);
+        self.poses = self.probe.poses();
+        self.stride = (self.stride * steps / usual).max(1);
+    }
+
+    /// Lets the joint network see windows in units of how far each axis moves in `logs`: six robust numbers.
+    ///
+    /// # Errors
+    /// Poses that are not finite.
+    pub fn scale_by(&mut self, logs: &[Trajectory]) -> Result<()> {
+        let mut all = Vec::new();
+        for log in logs {
+            all.extend(dose3::joint::steps(log)?);
+        }
+        self.probe.set_reference(&ProbeReference {
+            linear: None,
+            scale: Some(axis_scale(&all)),
+        });
+        Ok(())
     }
 
     /// The windows of all logs.

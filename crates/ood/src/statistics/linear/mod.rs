@@ -25,7 +25,7 @@ use super::Workspace;
 use super::trace::CHANNELS;
 use super::twist::{Twist, halfway, halfway_into};
 use crate::error::{Error, expect_finite, expect_len};
-use crate::statistics::quantile_sorted;
+use crate::statistics::scale::SCALE_FLOOR;
 use normal::{ENTRIES, Sums, entries};
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
@@ -36,12 +36,8 @@ const LAGS: usize = 2 * REACH + 1;
 /// The axes, and the product of the first and the last.
 const CHANNELS_IN: usize = CHANNELS + 1;
 const PRODUCT: usize = CHANNELS;
-/// Share of an axis' values below the size that larger ones are taken as when its scale is measured.
-const WINSORISED: f64 = 0.995;
 /// Largest scaled value.
 const CLIP: f64 = 8.0;
-/// An axis that hardly moves in the trusted logs (metres or radians per pose) is scaled by this.
-const SCALE_FLOOR: f64 = 1e-5;
 
 pub(super) type Channels = [f64; CHANNELS_IN];
 /// By what it was predicted from and axis.
@@ -300,21 +296,6 @@ fn scaled_into(twists: &[Twist], scale: &[f64], out: &mut Vec<Channels>) {
     };
     out.clear();
     out.extend(twists.iter().map(of));
-}
-
-/// Root mean square of `values`, those beyond the .995 quantile of their size taken as that.
-fn winsorised(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sizes: Vec<f64> = values.map(f64::abs).collect();
-    if sizes.is_empty() {
-        return SCALE_FLOOR;
-    }
-    sizes.sort_by(f64::total_cmp);
-    let most = quantile_sorted(&sizes, WINSORISED);
-    // Divided by the largest first: squares of large numbers overflow.
-    let unit = most.max(SCALE_FLOOR);
-    let squares = sizes.iter().map(|x| (x.min(most) / unit).powi(2));
-    let mean = squares.sum::<f64>() / sizes.len() as f64;
-    (unit * mean.sqrt()).max(SCALE_FLOOR)
 }
 
 #[cfg(test)]

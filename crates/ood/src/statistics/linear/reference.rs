@@ -1,9 +1,10 @@
 //! Predictors for the trusted logs themselves: each without the logs of its own group.
 
 use super::normal::Sums;
-use super::{CHANNELS, CHANNELS_IN, LAGS, LinearPredictor, PRODUCT, SCALE_FLOOR};
-use super::{halfway, scaled, winsorised};
+use super::{CHANNELS, CHANNELS_IN, LAGS, LinearPredictor, PRODUCT};
+use super::{halfway, scaled};
 use crate::error::{Error, expect_len};
+use crate::statistics::scale::{SCALE_FLOOR, winsorised};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

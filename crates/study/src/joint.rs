@@ -1,0 +1,167 @@
+//! What the joint network is trained on: the logs that train networks, at several rates, and synthetic platforms.
+
+use crate::data::DataRoot;
+use crate::roles::{Role, role};
+use crate::sets;
+use anyhow::{Context, Result};
+use dose3::joint::{JointHeader, JointModel, JointSetRecord, VERSION, steps};
+use dose3::model_file::LogRecord;
+use dose3_datasets::synthetic::{Platform, trajectory};
+use dose3_datasets::{Trajectory, at_rate};
+use dose3_diffusion::joint::{JointSet, JointTrainConfig, JointTrainRow, JointTrainer};
+use dose3_engine::{EngineOptions, JointEngine};
+use dose3_model::joint::{JointConfig, JointParameters};
+use dose3_ood::statistics::axis_scale;
+
+/// Rates of each real set, hertz, with how often each is drawn.
+const RATES: [(char, &[(f64, f64)]); 3] = [
+    ('O', &[(10.0, 0.25), (20.0, 0.05), (5.0, 0.05), (2.0, 0.02)]),
+    ('K', &[(10.0, 0.18), (5.0, 0.05), (2.0, 0.02)]),
+    ('I', &[(10.0, 0.15), (5.0, 0.03)]),
+];
+/// Synthetic logs: rate and share of each platform.
+const SYNTHETIC: [(f64, f64); 2] = [(10.0, 0.05), (25.0, 0.02)];
+const SYNTHETIC_LOGS: u64 = 12;
+const SYNTHETIC_POSES: usize = 3000;
+
+/// Sequences of a training, with what they were made from.
+pub struct JointData {
+    /// To train on.
+    pub training: Vec<JointSet>,
+    /// Of logs that choose settings.
+    pub validation: Vec<JointSet>,
+    /// What the former are.
+    pub records: Vec<JointSetRecord>,
+}
+
+impl JointData {
+    /// Reads and cuts everything; `synthetic` logs may be left out.
+    ///
+    /// # Errors
+    /// Data that is missing or cannot be read.
+    pub fn read(root: &DataRoot, longest: usize, synthetic: bool) -> Result<Self> {
+        let mut data = Self {
+            training: Vec::new(),
+            validation: Vec::new(),
+            records: Vec::new(),
+        };
+        let sets = sets::real(root)?;
+        for (letter, rates) in RATES {
+            let set = sets.iter().find(|set| set.letter == letter);
+            let set =
+                set.with_context(|| format!("data set {letter} is missing in {}", root.source))?;
+            let of = |wanted: Role| -> Vec<&Trajectory> {
+                let logs = set.trajectories.iter().enumerate();
+                logs.filter(|(i, log)| role(letter, *i, &log.name) == wanted)
+                    .map(|(_, log)| log)
+                    .collect()
+            };
+            for &(rate, weight) in rates {
+                let slow = |logs: Vec<&Trajectory>| -> Result<Vec<Trajectory>> {
+                    let logs = logs.into_iter();
+                    Ok(logs
+                        .map(|log| at_rate(log, rate))
+                        .collect::<Result<_, _>>()?)
+                };
+                let logs = slow(of(Role::Network))?;
+                data.add(set.name, &logs, (rate, weight), longest)?;
+                if rate == rates[0].0 {
+                    let scale = data.training.last().map(|set| set.scale);
+                    let held = slow(of(Role::Validation))?;
+                    let held = joint_set(&held, rate, weight, scale)?;
+                    data.validation.extend(long(held, longest));
+                }
+            }
+        }
+        for platform in Platform::ALL.into_iter().filter(|_| synthetic) {
+            for (rate, weight) in SYNTHETIC {
+                let log = |seed| trajectory(platform, 1000 + seed, SYNTHETIC_POSES, rate);
+                let logs: Vec<Trajectory> = (0..SYNTHETIC_LOGS).map(log).collect();
+                data.add(
+                    &format!("synthetic {platform}"),
+                    &logs,
+                    (rate, weight),
+                    longest,
+                )?;
+            }
+        }
+        Ok(data)
+    }
+
+    fn add(
+        &mut self,
+        name: &str,
+        logs: &[Trajectory],
+        (rate, weight): (f64, f64),
+        longest: usize,
+    ) -> Result<()> {
+        let Some(set) = long(joint_set(logs, rate, weight, None)?, longest) else {
+            return Ok(());
+        };
+        self.training.push(set);
+        self.records.push(JointSetRecord {
+            name: name.to_owned(),
+            rate,
+            weight,
+            logs: logs.iter().map(LogRecord::from).collect(),
+        });
+        Ok(())
+    }
+}
+
+fn joint_set(
+    logs: &[Trajectory],
+    rate: f64,
+    weight: f64,
+    scale: Option<[f64; 6]>,
+) -> Result<JointSet> {
+    let mut sequences = Vec::new();
+    for log in logs {
+        sequences.extend(steps(log)?);
+    }
+    Ok(JointSet {
+        scale: scale.unwrap_or_else(|| axis_scale(&sequences)),
+        sequences,
+        step: 1.0 / rate,
+        weight,
+    })
+}
+
+/// The set, where it has a sequence as long as the longest that is drawn.
+fn long(set: JointSet, longest: usize) -> Option<JointSet> {
+    set.sequences
+        .iter()
+        .any(|s| s.len() >= longest)
+        .then_some(set)
+}
+
+/// Trains a joint network; `heard` is told of every step.
+///
+/// # Errors
+/// Settings out of range, divergence.
+pub fn train(
+    network: &JointConfig,
+    config: &JointTrainConfig,
+    data: JointData,
+    heard: &mut dyn FnMut(&JointTrainRow),
+) -> Result<JointModel> {
+    let initial = JointParameters::init(network, config.seed)?;
+    let mut engine = JointEngine::new(&initial, EngineOptions::default())?;
+    let mut trainer = JointTrainer::new(config.clone(), &mut engine, &data.training)?;
+    trainer.run(heard)?;
+    let validation = match data.validation.is_empty() {
+        true => None,
+        false => Some(trainer.validate(&data.validation, 512)?),
+    };
+    Ok(JointModel {
+        parameters: trainer.averaged()?,
+        header: JointHeader {
+            format_version: VERSION,
+            network: network.clone(),
+            training: config.clone(),
+            sets: data.records,
+            validation,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+        },
+    })
+}

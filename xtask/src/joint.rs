@@ -1,0 +1,106 @@
+//! `cargo xtask train-joint`: the weights of the joint network.
+
+use crate::use_threads;
+use anyhow::Result;
+use clap::Args;
+use dose3_diffusion::joint::JointTrainConfig;
+use dose3_model::Precision;
+use dose3_model::joint::JointConfig;
+use dose3_study::data::DataRoot;
+use dose3_study::joint::{JointData, train};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Arguments of `train-joint`.
+#[derive(Clone, Debug, Args)]
+pub struct JointArgs {
+    /// Folder with the data sets (default: $DOSE3_DATA, else data/)
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+    /// File to write; `dose3 fit --model FILE` and `benchmark --model FILE` take it
+    #[arg(long, value_name = "FILE", default_value = "joint.dose3")]
+    pub out: PathBuf,
+    /// Optimiser steps
+    #[arg(long, default_value_t = JointTrainConfig::default().steps)]
+    pub steps: usize,
+    /// Sequences a step
+    #[arg(long, default_value_t = JointTrainConfig::default().batch)]
+    pub batch: usize,
+    /// Channels
+    #[arg(long, default_value_t = 48)]
+    pub width: usize,
+    /// Steps between the taps of each block
+    #[arg(long, value_delimiter = ',', default_value = "1,2,4,8,1,2,4,8")]
+    pub dilations: Vec<usize>,
+    /// Peak learning rate
+    #[arg(long, default_value_t = JointTrainConfig::default().learning_rate)]
+    pub rate: f64,
+    /// Leave out the synthetic logs
+    #[arg(long)]
+    pub no_synthetic: bool,
+    /// Seed
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// Keep weights as f32 instead of f16
+    #[arg(long)]
+    pub full_precision: bool,
+    /// Threads (0: all cores); results do not depend on it
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+}
+
+/// Trains on real and synthetic logs and writes the weights.
+///
+/// # Errors
+/// Without the data, or where training fails.
+pub fn run(args: &JointArgs) -> Result<()> {
+    use_threads(args.threads)?;
+    let config = JointTrainConfig {
+        steps: args.steps,
+        batch: args.batch,
+        learning_rate: args.rate,
+        seed: args.seed,
+        ..JointTrainConfig::default()
+    };
+    let network = JointConfig::new(args.width, &args.dilations);
+    let root = DataRoot::find(args.data.as_deref())?;
+    let longest = config.lengths.iter().copied().max().unwrap_or(1);
+    let data = JointData::read(&root, longest, !args.no_synthetic)?;
+    for (record, set) in data.records.iter().zip(&data.training) {
+        let steps: usize = set.sequences.iter().map(Vec::len).sum();
+        println!(
+            "{} at {} Hz: {} logs, {steps} steps, scale {:.4?}",
+            record.name,
+            record.rate,
+            record.logs.len(),
+            set.scale
+        );
+    }
+    println!("{} parameters", network.layout().len());
+    let start = Instant::now();
+    let (mut sum, mut count) = (0.0, 0);
+    let model = train(&network, &config, data, &mut |row| {
+        (sum, count) = (sum + row.loss, count + 1);
+        if row.step.is_multiple_of(100) || row.step == config.steps {
+            println!(
+                "step {} of {}: {:.4} ({:.0} s)",
+                row.step,
+                config.steps,
+                sum / f64::from(count),
+                start.elapsed().as_secs_f64()
+            );
+            (sum, count) = (0.0, 0);
+        }
+    })?;
+    let precision = match args.full_precision {
+        true => Precision::F32,
+        false => Precision::F16,
+    };
+    model.write(&args.out, precision)?;
+    println!(
+        "wrote {}; validation {:?}",
+        args.out.display(),
+        model.header.validation
+    );
+    Ok(())
+}
