@@ -13,6 +13,8 @@ pub const AXES: usize = 6;
 const LARGEST_INPUT: f64 = 12.0;
 /// A step counts as no larger than this many scales, so that squares stay finite in f32.
 const LARGEST_STEP: f64 = 1e6;
+/// No coordinate of a rotation tangent is larger, radians.
+const LARGEST_TURN: f64 = 10.0;
 
 /// Steps of one sequence in units of a scale, ready to be noised.
 #[derive(Clone, Debug)]
@@ -56,7 +58,11 @@ impl JointProcess {
         let scaled = |step: &[f64; AXES]| {
             std::array::from_fn(|a| (step[a] / scale[a]).clamp(-LARGEST_STEP, LARGEST_STEP))
         };
-        let rotation = |step: &[f64; AXES]| so3::exp(&Vector::new(step[3], step[4], step[5]));
+        let rotation = |step: &[f64; AXES]| {
+            // No logarithm of a rotation is longer than pi.
+            let at = |axis: usize| step[axis].clamp(-LARGEST_TURN, LARGEST_TURN);
+            so3::exp(&Vector::new(at(3), at(4), at(5)))
+        };
         Ok(Self {
             scale,
             x: steps.iter().map(scaled).collect(),

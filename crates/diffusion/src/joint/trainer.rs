@@ -449,7 +449,7 @@ mod tests {
         let square = |values: &mut dyn Iterator<Item = f32>| values.map(|x| x * x).sum::<f32>();
         let left = square(&mut found.iter().zip(&wanted).map(|(a, b)| a - b));
         let all = square(&mut wanted.iter().copied());
-        assert!(left < 0.2 * all, "{left} of {all}");
+        assert!(left < 0.4 * all, "{left} of {all}");
     }
 
     #[test]

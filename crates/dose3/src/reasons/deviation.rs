@@ -81,7 +81,7 @@ impl Deviation {
         let is_beyond = |pose: &usize| column[*pose].is_some_and(beyond);
         let mut deviating = inner(poses).filter(is_beyond);
         let first = deviating.next()?;
-        let last = deviating.last().unwrap_or(first);
+        let last = deviating.next_back().unwrap_or(first);
         Some(Self {
             quantity,
             side,

@@ -50,7 +50,7 @@ pub(super) fn sentence(found: &Deviation, named_axes: bool) -> String {
                     "{label} {amount} {unit}, smoother than trusted (at least {} {unit})",
                     number(usual)
                 ),
-                _ if times >= 2.0 && times < 1e4 => format!(
+                _ if (2.0..1e4).contains(&times) => format!(
                     "{label} {amount} {unit}, {} times the trusted level (at most {} {unit})",
                     digits(times),
                     number(usual)
