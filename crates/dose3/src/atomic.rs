@@ -2,7 +2,8 @@
 
 use crate::error::{Error, Result};
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
 
 /// Writes `bytes` to a temporary file beside `path` and renames it, so that a reader never sees
 /// half a file and an interrupted run never destroys an old one.
@@ -10,17 +11,57 @@ use std::path::Path;
 /// # Errors
 /// What the operating system answers, with the path.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    let folder = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
-    std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
-    replace(folder, path, bytes).map_err(Error::io("write", path))
+    let mut file = Unfinished::begin(path)?;
+    file.write_all(bytes).map_err(Error::io("write", path))?;
+    file.end()
 }
 
-fn replace(folder: &Path, path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(bytes)?;
+/// A file that is written bit by bit, beside its place until it ends.
+#[derive(Debug)]
+pub struct Unfinished {
+    file: NamedTempFile,
+    path: PathBuf,
+}
+
+impl Unfinished {
+    /// Begins a file that will be at `path`; makes its folder.
+    ///
+    /// # Errors
+    /// What the operating system answers, with the path.
+    pub fn begin(path: &Path) -> Result<Self> {
+        let folder = match path.parent() {
+            Some(p) if !p.as_os_str().is_empty() => p,
+            _ => Path::new("."),
+        };
+        std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
+        let file = NamedTempFile::new_in(folder).map_err(Error::io("write", path))?;
+        Ok(Self {
+            file,
+            path: path.to_path_buf(),
+        })
+    }
+
+    /// Puts the file in its place.
+    ///
+    /// # Errors
+    /// What the operating system answers, with the path.
+    pub fn end(self) -> Result<()> {
+        let path = self.path;
+        put(self.file, &path).map_err(Error::io("write", &path))
+    }
+}
+
+impl Write for Unfinished {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
+
+fn put(file: NamedTempFile, path: &Path) -> std::io::Result<()> {
     file.as_file().sync_all()?;
     #[cfg(unix)]
     {

@@ -253,6 +253,12 @@ pub enum Error {
         /// What it said.
         reason: Box<Error>,
     },
+    /// A table of results that cannot be written.
+    #[error("the table cannot be written: {reason}")]
+    Table {
+        /// What the writer said.
+        reason: String,
+    },
     /// The caller's [`Progress`](crate::Progress) asked to end it.
     #[error("stopped before it was done")]
     Stopped,

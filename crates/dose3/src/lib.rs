@@ -10,6 +10,7 @@
 //! | compute statistics of windows | [`Probe`] |
 //! | train a model, draw from one | [`train`], [`generate`] |
 //! | measure a detector on labelled logs | [`evaluate`] |
+//! | many results as a table | [`table`] |
 //!
 //! Poses are `T_world_body` in metres, f64; stamps are integer nanoseconds; angles are radians; a higher score is
 //! more out of distribution. The same input, seed and build give the same bytes for any number of threads. Nothing
@@ -32,6 +33,7 @@ pub mod report;
 mod seal;
 pub mod series;
 pub mod stream;
+pub mod table;
 pub mod train;
 
 pub use backend::{Backend, Computing};

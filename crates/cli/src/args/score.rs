@@ -52,8 +52,8 @@ pub struct Showing {
     /// The same as --output json
     #[arg(long, conflicts_with = "output")]
     pub json: bool,
-    /// Write the results to this file as well; its ending says the form: .json, .jsonl, .csv, .xml (JUnit), .txt.
-    /// Several times for several files
+    /// Write the results to this file as well; its ending says the form: .json, .jsonl, .csv, .xml (JUnit), .txt,
+    /// .parquet. Several times for several files
     #[arg(long, value_name = "FILE")]
     pub out: Vec<PathBuf>,
     /// A page to look at, with the path, the scores and the reasons: FILE.html; of several logs FILE.html lists them and
@@ -102,4 +102,7 @@ pub enum OutputName {
     Csv,
     /// An XML file that continuous integration shows: a test for each log
     Junit,
+    /// A Parquet file with a row for each log, stretches and notes as lists; only as --out results.parquet
+    #[value(skip)]
+    Parquet,
 }

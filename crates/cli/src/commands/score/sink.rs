@@ -1,6 +1,8 @@
 //! Where results go. A form of results is a [`Sink`], in a file of its own under `output`; a new one joins [`form_of`].
 
 use super::judge::Judged;
+#[cfg(feature = "parquet")]
+use super::output::Parquet;
 use super::output::{Csv, Head, Json, Jsonl, Junit, Pages, Recordings, Table};
 use super::summary::Summary;
 use crate::args::{OutputName, Score};
@@ -87,6 +89,12 @@ fn sink(form: OutputName, to: Target, args: &Score, head: &Head) -> Result<Box<d
         OutputName::Jsonl => Box::new(Jsonl::new(to)),
         OutputName::Csv => Box::new(Csv::new(to)?),
         OutputName::Junit => Box::new(Junit::new(to, head)),
+        #[cfg(feature = "parquet")]
+        OutputName::Parquet => Box::new(Parquet::new(to, head)?),
+        #[cfg(not(feature = "parquet"))]
+        OutputName::Parquet => {
+            bail!("this build writes no Parquet files; hint: rebuild with `--features parquet`")
+        }
     })
 }
 
@@ -98,8 +106,9 @@ fn form_of(path: &Path) -> Result<OutputName> {
         Some("csv") => OutputName::Csv,
         Some("xml") => OutputName::Junit,
         Some("txt") => OutputName::Table,
+        Some("parquet") => OutputName::Parquet,
         _ => bail!(
-            "--out {}: expected a name that ends with .json, .jsonl, .csv, .xml (JUnit) or .txt",
+            "--out {}: expected a name that ends with .json, .jsonl, .csv, .xml (JUnit), .parquet or .txt",
             path.display()
         ),
     })
@@ -117,6 +126,7 @@ fn results(form: OutputName) -> Kind {
                 let mark = b"<testsuites name=\"dose3\"";
                 start.windows(mark.len()).any(|part| part == mark)
             },
+            OutputName::Parquet => |start| start.starts_with(b"PAR1"),
             // Nothing tells a table from other text.
             OutputName::Table => |_| false,
         },

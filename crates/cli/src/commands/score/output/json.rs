@@ -6,6 +6,7 @@ use super::super::summary::{Counts, Failure, Summary};
 use crate::args::Score;
 use anyhow::{Context, Result};
 use dose3::Detector;
+use dose3::table::Versions;
 use serde::{Deserialize, Serialize};
 
 /// What the document says before the logs.
@@ -22,6 +23,9 @@ pub struct Head {
     pub draws: usize,
     /// Diffusion steps visited.
     pub steps: usize,
+    /// What made the results, for tables.
+    #[serde(skip)]
+    pub versions: Versions,
 }
 
 /// What it says behind them.
@@ -41,6 +45,7 @@ impl Head {
             seed: plan.seed,
             draws: plan.draws,
             steps: plan.steps,
+            versions: Versions::of(detector),
         }
     }
 }

@@ -6,6 +6,8 @@ mod jsonl;
 mod junit;
 mod line;
 mod page;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod recording;
 #[cfg(all(test, feature = "schema"))]
 pub mod schema;
@@ -16,5 +18,7 @@ pub use json::{Head, Json};
 pub use jsonl::Jsonl;
 pub use junit::Junit;
 pub use page::Pages;
+#[cfg(feature = "parquet")]
+pub use parquet::Parquet;
 pub use recording::Recordings;
 pub use table::Table;
