@@ -6,7 +6,7 @@ use dose3_lie::{Pose, Rotation};
 use serde::Deserialize;
 
 use super::collect::{Collector, pose};
-use super::iros20::push_matrix;
+use super::iros20::pose_or_lost;
 use super::layout::is_comment;
 use super::table::{Row, Separator, is_no_value};
 use super::text::{Line, Text};
@@ -50,6 +50,34 @@ pub(crate) fn detect(text: &str) -> Option<Format> {
     (widths == [3, 4, 4, 4, 4] && whole(first)).then_some(Format::Open3d)
 }
 
+/// A pose with the number that says its place among the others.
+struct Numbered {
+    number: u64,
+    place: Place,
+    /// The row as the report counts it: the line of the file; `None` where it is the place in time.
+    row: Option<u64>,
+    found: Result<Pose, LostKind>,
+}
+
+/// The log of poses in order of their numbers.
+fn finish(
+    mut collector: Collector<'_>,
+    format: Format,
+    poses: Vec<Numbered>,
+) -> Result<Trajectory, Error> {
+    let numbers: Vec<u64> = poses.iter().map(|pose| pose.number).collect();
+    for (each, index) in poses.into_iter().zip(places(&numbers)) {
+        collector.skip_to(index);
+        let row = each.row.unwrap_or(collector.seen() as u64);
+        let stamp = collector.next_nominal(format);
+        match each.found {
+            Ok(pose) => collector.push_row(each.place, row, stamp, pose)?,
+            Err(kind) => collector.lose(each.place, row, Some(stamp), kind)?,
+        }
+    }
+    collector.finish_without_stamps(format)
+}
+
 /// Places in time of frames with these numbers, in increasing order: the numbers themselves, from the first on, where
 /// they mostly go up by one; else each has the next place.
 fn places(numbers: &[u64]) -> Vec<usize> {
@@ -80,7 +108,7 @@ pub(crate) fn read_g2o(
     let mut collector = Collector::new(path, options);
     let text = Text::new(path, bytes, &mut collector.report)?;
     let mut fields = Vec::new();
-    let mut vertices: Vec<(u64, usize, Option<Pose>)> = Vec::new();
+    let mut vertices: Vec<Numbered> = Vec::new();
     for line in text
         .lines()
         .filter(|line| line.text.starts_with("VERTEX_SE"))
@@ -100,10 +128,18 @@ pub(crate) fn read_g2o(
             ));
         }
         let id = row.number(1, "the number of the vertex")?.max(0.0) as u64;
+        let mut add = |found| {
+            vertices.push(Numbered {
+                number: id,
+                place: row.place(),
+                row: Some(line.number as u64),
+                found,
+            });
+        };
         if row.fields()[2..].iter().any(|field| is_no_value(field))
             && collector.looks_for(LostKind::Nan)
         {
-            vertices.push((id, line.number, None));
+            add(Err(LostKind::Nan));
             continue;
         }
         let found = if planar {
@@ -130,10 +166,10 @@ pub(crate) fn read_g2o(
                 ],
             )
         };
-        vertices.push((id, line.number, Some(found)));
+        add(Ok(found));
     }
-    let sorted = vertices.is_sorted_by_key(|(id, _, _)| *id);
-    vertices.sort_by_key(|(id, _, _)| *id);
+    let sorted = vertices.is_sorted_by_key(|vertex| vertex.number);
+    vertices.sort_by_key(|vertex| vertex.number);
     let text = if sorted {
         "vertices taken in order of their numbers"
     } else {
@@ -143,17 +179,7 @@ pub(crate) fn read_g2o(
         .report
         .remarks
         .push(Remark::new(RemarkKind::Columns, text));
-    let numbers: Vec<u64> = vertices.iter().map(|(id, _, _)| *id).collect();
-    for ((_, line, found), index) in vertices.into_iter().zip(places(&numbers)) {
-        collector.skip_to(index);
-        let stamp = collector.next_nominal(Format::G2o);
-        let place = Place::Line(line);
-        match found {
-            Some(pose) => collector.push_row(place, line as u64, stamp, pose)?,
-            None => collector.lose(place, line as u64, Some(stamp), LostKind::Nan)?,
-        }
-    }
-    collector.finish_without_stamps(Format::G2o)
+    finish(collector, Format::G2o, vertices)
 }
 
 /// Images in order of their names: COLMAP writes them in order of registration.
@@ -165,7 +191,7 @@ pub(crate) fn read_colmap(
     let mut collector = Collector::new(path, options);
     let text = Text::new(path, bytes, &mut collector.report)?;
     // Every second line holds points of an image and may be empty, so blank lines count here.
-    let mut images: Vec<(String, usize, Pose)> = Vec::new();
+    let mut images: Vec<(String, Numbered)> = Vec::new();
     let mut fields = Vec::new();
     let mut points = false;
     for (index, content) in text.as_str().split_inclusive('\n').enumerate() {
@@ -208,11 +234,14 @@ pub(crate) fn read_colmap(
             row.coordinate(6, "TY")?,
             row.coordinate(7, "TZ")?,
         ];
-        images.push((
-            fields[9..].join(" "),
-            line.number,
-            pose(rotation, translation).inverse(),
-        ));
+        let name = fields[9..].join(" ");
+        let image = Numbered {
+            number: number_in(&name),
+            place: row.place(),
+            row: Some(line.number as u64),
+            found: Ok(pose(rotation, translation).inverse()),
+        };
+        images.push((name, image));
         points = true;
     }
     // The counts of Text are of a format without empty lines.
@@ -223,13 +252,8 @@ pub(crate) fn read_colmap(
         .report
         .remarks
         .push(Remark::new(RemarkKind::Columns, words));
-    let numbers: Vec<u64> = images.iter().map(|(name, _, _)| number_in(name)).collect();
-    for ((_, line, pose), index) in images.into_iter().zip(places(&numbers)) {
-        collector.skip_to(index);
-        let stamp = collector.next_nominal(Format::Colmap);
-        collector.push_row(Place::Line(line), line as u64, stamp, pose)?;
-    }
-    collector.finish_without_stamps(Format::Colmap)
+    let images = images.into_iter().map(|(_, image)| image).collect();
+    finish(collector, Format::Colmap, images)
 }
 
 #[derive(Deserialize)]
@@ -286,12 +310,8 @@ pub(crate) fn read_transforms(
             .remarks
             .push(Remark::new(RemarkKind::Columns, words));
     }
-    let numbers: Vec<u64> = order
-        .iter()
-        .map(|index| number_in(&file.frames[*index].file_path))
-        .collect();
-    for (index, at) in order.into_iter().zip(places(&numbers)) {
-        collector.skip_to(at);
+    let mut poses = Vec::new();
+    for index in order {
         let matrix = &file.frames[index].transform_matrix;
         let place = Place::Pose(index);
         if !(3..=4).contains(&matrix.len()) || matrix.iter().any(|row| row.len() != 4) {
@@ -308,9 +328,14 @@ pub(crate) fn read_transforms(
             Some(row) => row[column].unwrap_or(f64::NAN),
             None => [0.0, 0.0, 0.0, 1.0][column],
         };
-        push_matrix(&mut collector, Format::Transforms, path, place, entry)?;
+        poses.push(Numbered {
+            number: number_in(&file.frames[index].file_path),
+            place,
+            row: None,
+            found: pose_or_lost(&mut collector, path, place, entry)?,
+        });
     }
-    collector.finish_without_stamps(Format::Transforms)
+    finish(collector, Format::Transforms, poses)
 }
 
 /// The last number in a file name, for the order of frames.
@@ -337,12 +362,8 @@ pub(crate) fn read_open3d(
     let text = Text::new(path, bytes, &mut collector.report)?;
     let lines: Vec<Line<'_>> = text.lines().filter(|line| !is_comment(line.text)).collect();
     let mut fields = Vec::new();
-    let number = |block: &[Line<'_>]| {
-        let first = block[0].text.split_whitespace().next();
-        first.and_then(|field| field.parse().ok()).unwrap_or(0)
-    };
-    let numbers: Vec<u64> = lines.chunks(5).map(number).collect();
-    for (block, index) in lines.chunks(5).zip(places(&numbers)) {
+    let mut poses = Vec::new();
+    for block in lines.chunks(5) {
         if block.len() < 5 {
             collector.report.truncated_tail += 1;
             break;
@@ -372,17 +393,17 @@ pub(crate) fn read_open3d(
             collector.report.truncated_tail += 1;
             break;
         }
-        let line = block[0].number;
-        collector.skip_to(index);
-        push_matrix(
-            &mut collector,
-            Format::Open3d,
-            path,
-            Place::Line(line),
-            |row, column| values[row][column],
-        )?;
+        let number = block[0].text.split_whitespace().next();
+        let place = Place::Line(block[0].number);
+        let entry = |row: usize, column: usize| values[row][column];
+        poses.push(Numbered {
+            number: number.and_then(|field| field.parse().ok()).unwrap_or(0),
+            place,
+            row: None,
+            found: pose_or_lost(&mut collector, path, place, entry)?,
+        });
     }
-    collector.finish_without_stamps(Format::Open3d)
+    finish(collector, Format::Open3d, poses)
 }
 
 type Matrix4 = [[f64; 4]; 4];

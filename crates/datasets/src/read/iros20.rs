@@ -91,11 +91,23 @@ pub(crate) fn push_matrix(
 ) -> Result<(), Error> {
     let row = collector.seen() as u64;
     let stamp = collector.next_nominal(format);
-    if let Some(kind) = lost(collector, &entry) {
-        return collector.lose(place, row, Some(stamp), kind);
+    match pose_or_lost(collector, path, place, entry)? {
+        Ok(pose) => collector.push_row(place, row, stamp, pose),
+        Err(kind) => collector.lose(place, row, Some(stamp), kind),
     }
-    let pose = pose_from_matrix(collector, path, place, entry)?;
-    collector.push_row(place, row, stamp, pose)
+}
+
+/// The pose of a matrix, or how it says that there is none.
+pub(crate) fn pose_or_lost(
+    collector: &mut Collector<'_>,
+    path: &Path,
+    place: Place,
+    entry: impl Fn(usize, usize) -> f64,
+) -> Result<Result<Pose, LostKind>, Error> {
+    match lost(collector, &entry) {
+        Some(kind) => Ok(Err(kind)),
+        None => pose_from_matrix(collector, path, place, entry).map(Ok),
+    }
 }
 
 /// How a matrix says that there is no pose.
