@@ -13,6 +13,10 @@ pub(crate) enum Encoding {
     Ros1,
     /// Common data representation, ROS 2.
     Cdr,
+    /// Protocol buffers, of Foxglove.
+    Protobuf,
+    /// JSON, of Foxglove.
+    Json,
     /// Anything else.
     Other,
 }
@@ -121,19 +125,25 @@ impl<'a> Container<'a> {
     }
 }
 
-/// Unpacks the front of a chunk, through the record (a code, a length in eight bytes, content) that begins at `last`.
-pub(crate) fn unpack_front(packed: &[u8], compression: &str, last: u64) -> Result<Vec<u8>, Fault> {
+/// Unpacks the front of a chunk of `size` bytes, through the record (a code, a length in eight bytes, content) that begins
+/// at `last`.
+pub(crate) fn unpack_front(
+    packed: &[u8],
+    compression: &str,
+    size: u64,
+    last: u64,
+) -> Result<Vec<u8>, Fault> {
     const RECORD: u64 = 9;
     let damaged = |fault: &(dyn std::error::Error + 'static)| {
         Fault::Damaged(crate::read::broken(compression, fault))
     };
-    let limit = crate::read::unpack_limit(packed.len());
+    let limit = crate::read::unpack_limit(packed.len()).min(size);
     let mut reader: Box<dyn Read + '_> = match compression {
         "zstd" => Box::new(
             ruzstd::decoding::StreamingDecoder::new(packed).map_err(|fault| damaged(&fault))?,
         ),
         "lz4" => Box::new(lz4_flex::frame::FrameDecoder::new(packed)),
-        _ => return unpack(packed, compression, None),
+        _ => return unpack(packed, compression, Some(size)),
     };
     let mut out = Vec::new();
     let mut reach = last.saturating_add(RECORD);
@@ -174,6 +184,8 @@ pub(crate) fn unpack(
     let damaged = |fault: &(dyn std::error::Error + 'static)| {
         Fault::Damaged(crate::read::broken(compression, fault))
     };
+    // One byte more than promised shows that there is more.
+    let limit = expected.map_or(limit, |expected| expected.saturating_add(1).min(limit));
     let mut out = Vec::new();
     let read = match compression {
         "zstd" => {
@@ -191,11 +203,12 @@ pub(crate) fn unpack(
     };
     read.map_err(|fault| damaged(&fault))?;
     if expected.is_some_and(|expected| expected != out.len() as u64) {
-        return Err(Fault::Damaged(format!(
-            "{} bytes where {} were promised",
-            out.len(),
-            expected.unwrap_or(0)
-        )));
+        let promised = expected.unwrap_or(0);
+        let found = match out.len() as u64 {
+            more if more > promised => format!("more than the {promised} bytes that were promised"),
+            less => format!("{less} bytes where {promised} were promised"),
+        };
+        return Err(Fault::Damaged(found));
     }
     Ok(out)
 }

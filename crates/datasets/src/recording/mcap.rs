@@ -15,6 +15,9 @@ const TAIL: u64 = 9 + 20 + 8;
 const RECORD: u64 = 9;
 /// Longest record other than messages, chunks and attachments.
 const LONGEST: u64 = 64 << 20;
+/// Longest message with a pose, and longest packed chunk: a larger one is damaged.
+const LONGEST_MESSAGE: u64 = 256 << 20;
+const LONGEST_CHUNK: u64 = 1 << 30;
 /// Chunks that are unpacked at once, at most ...
 const MOST_AT_ONCE: usize = 8;
 /// ... and what they may become together, unless one alone is larger.
@@ -94,6 +97,8 @@ impl Names {
                 encoding: match encoding.as_str() {
                     "ros1" => Encoding::Ros1,
                     "cdr" => Encoding::Cdr,
+                    "protobuf" => Encoding::Protobuf,
+                    "json" => Encoding::Json,
                     _ => Encoding::Other,
                 },
                 messages: self.counts.get(id).copied(),
@@ -372,6 +377,10 @@ impl Body<'_, '_> {
 
     fn from(&self, skip: u64) -> Result<std::borrow::Cow<'_, [u8]>, Fault> {
         let start = self.range.start + skip;
+        if self.length() > LONGEST_MESSAGE {
+            let found = format!("a message of {} bytes", self.length());
+            return Err(Fault::Damaged(found));
+        }
         Ok(self
             .data
             .read(start, self.range.end.saturating_sub(start))?)
@@ -475,9 +484,13 @@ fn records(body: &Body<'_, '_>, last: Option<u64>) -> Result<Records, Fault> {
     if compression.is_empty() {
         return Ok(Records::Here(start..end));
     }
-    let packed = body.data.read(start, end.saturating_sub(start))?;
+    let length = end.saturating_sub(start);
+    if length > LONGEST_CHUNK {
+        return Err(Fault::Damaged(format!("a packed chunk of {length} bytes")));
+    }
+    let packed = body.data.read(start, length)?;
     Ok(Records::Unpacked(match last {
-        Some(last) if last < size => unpack_front(&packed, &compression, last)?,
+        Some(last) if last < size => unpack_front(&packed, &compression, size, last)?,
         _ => unpack(&packed, &compression, Some(size))?,
     }))
 }

@@ -1,6 +1,7 @@
-//! The message types that hold poses, in the two ways that ROS writes them.
+//! The message types that hold poses, in the two ways that ROS writes them; those of Foxglove are in [`foxglove`].
 
 use super::container::Encoding;
+use super::foxglove;
 
 /// A stamp, the frames and the numbers of a pose, as they stand in a message.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +17,19 @@ pub(crate) struct Stamped {
     pub quaternion: [f64; 4],
 }
 
+impl Stamped {
+    /// A message that says nothing; a quaternion of zeros is no pose.
+    pub fn unsaid() -> Self {
+        Self {
+            stamp: None,
+            parent: String::new(),
+            child: String::new(),
+            position: [0.0; 3],
+            quaternion: [0.0; 4],
+        }
+    }
+}
+
 /// What a type of message is to a reader of poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -24,11 +38,28 @@ pub(crate) enum Kind {
     /// A path so far a message; the last one holds all.
     Path,
     /// Transforms between frames.
-    Transforms,
+    Transforms(Transforms),
     /// Holds positions, and no pose of one body, for this reason.
     Refused(&'static str),
     /// Something else.
     Other,
+}
+
+/// The message that transforms come in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Transforms {
+    /// Those of ROS, many a message.
+    Tf,
+    /// `FrameTransform` of Foxglove.
+    Frame,
+    /// `FrameTransforms` of Foxglove.
+    Frames,
+}
+
+impl Transforms {
+    pub fn of_foxglove(self) -> bool {
+        self != Self::Tf
+    }
 }
 
 /// The order of fields in a message with one pose.
@@ -50,13 +81,17 @@ pub(crate) fn kind(name: &str) -> Kind {
         }
         "geometry_msgs/TransformStamped" => Kind::Pose(Shape::Transform),
         "nav_msgs/Odometry" => Kind::Pose(Shape::Odometry),
-        "foxglove_msgs/PoseInFrame" | "foxglove/PoseInFrame" => Kind::Pose(Shape::InFrame),
+        "foxglove_msgs/PoseInFrame" | "foxglove/PoseInFrame" | "foxglove.PoseInFrame" => {
+            Kind::Pose(Shape::InFrame)
+        }
         "nav_msgs/Path" => Kind::Path,
-        "tf2_msgs/TFMessage" | "tf/tfMessage" => Kind::Transforms,
+        "tf2_msgs/TFMessage" | "tf/tfMessage" => Kind::Transforms(Transforms::Tf),
+        "foxglove.FrameTransform" => Kind::Transforms(Transforms::Frame),
+        "foxglove.FrameTransforms" => Kind::Transforms(Transforms::Frames),
         "geometry_msgs/PointStamped" | "geometry_msgs/Point" | "sensor_msgs/NavSatFix" => {
             Kind::Refused("positions without an orientation")
         }
-        "geometry_msgs/PoseArray" => {
+        "geometry_msgs/PoseArray" | "foxglove.PosesInFrame" => {
             Kind::Refused("many poses a message that belong to no one body")
         }
         "geometry_msgs/TwistStamped" | "geometry_msgs/Twist" => {
@@ -102,7 +137,7 @@ impl<'a> Reader<'a> {
                     widest,
                 })
             }
-            Encoding::Other => None,
+            Encoding::Protobuf | Encoding::Json | Encoding::Other => None,
         }
     }
 
@@ -165,6 +200,11 @@ impl<'a> Reader<'a> {
 
 /// The one pose of a message; `None` where the content is shorter than its type says.
 pub(crate) fn pose(content: &[u8], encoding: Encoding, shape: Shape) -> Option<Stamped> {
+    match (encoding, shape) {
+        (Encoding::Protobuf, Shape::InFrame) => return foxglove::pose_of_protobuf(content),
+        (Encoding::Json, Shape::InFrame) => return foxglove::pose_of_json(content),
+        _ => {}
+    }
     let mut reader = Reader::new(content, encoding)?;
     let (stamp, parent) = match shape {
         Shape::Pose => (None, String::new()),
@@ -192,8 +232,20 @@ pub(crate) fn path(content: &[u8], encoding: Encoding) -> Option<Vec<Stamped>> {
 }
 
 /// The transforms of a message.
-pub(crate) fn transforms(content: &[u8], encoding: Encoding) -> Option<Vec<Stamped>> {
-    many(&mut Reader::new(content, encoding)?, true)
+pub(crate) fn transforms(
+    content: &[u8],
+    encoding: Encoding,
+    kind: Transforms,
+) -> Option<Vec<Stamped>> {
+    let one = |transform: Option<Stamped>| transform.map(|transform| vec![transform]);
+    match (kind, encoding) {
+        (Transforms::Tf, _) => many(&mut Reader::new(content, encoding)?, true),
+        (Transforms::Frame, Encoding::Protobuf) => one(foxglove::transform_of_protobuf(content)),
+        (Transforms::Frame, Encoding::Json) => one(foxglove::transform_of_json(content)),
+        (Transforms::Frames, Encoding::Protobuf) => foxglove::transforms_of_protobuf(content),
+        (Transforms::Frames, Encoding::Json) => foxglove::transforms_of_json(content),
+        _ => None,
+    }
 }
 
 fn many(reader: &mut Reader<'_>, children: bool) -> Option<Vec<Stamped>> {

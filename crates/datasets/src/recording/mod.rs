@@ -4,6 +4,7 @@ mod bag;
 mod container;
 mod contents;
 mod data;
+mod foxglove;
 mod mcap;
 mod message;
 mod open;
@@ -76,9 +77,9 @@ impl<'a> Recording<'a> {
     }
 
     fn merged(&self) -> Vec<Merged> {
-        let mut all: Vec<Merged> = Vec::new();
+        let (mut all, mut known) = (Vec::new(), HashSet::new());
         for channel in self.parts.iter().flat_map(Container::channels) {
-            if all.iter().all(|known| known.topic != channel.topic) {
+            if known.insert(&channel.topic) {
                 all.push(Merged {
                     topic: channel.topic.clone(),
                     kind: channel.kind.clone(),
@@ -192,7 +193,7 @@ impl<'a> Recording<'a> {
             }
             let transforms = merged
                 .iter()
-                .any(|topic| message::kind(&topic.kind) == Kind::Transforms);
+                .any(|topic| matches!(message::kind(&topic.kind), Kind::Transforms(_)));
             let refused = merged
                 .iter()
                 .find_map(|topic| match message::kind(&topic.kind) {
@@ -205,7 +206,7 @@ impl<'a> Recording<'a> {
                     ReadOption::Tf,
                 )
             } else {
-                (refused.unwrap_or_else(|| "poses are PoseStamped, PoseWithCovarianceStamped, TransformStamped, Odometry, Path or transforms".to_owned()), ReadOption::Topic)
+                (refused.unwrap_or_else(|| "poses are PoseStamped, PoseWithCovarianceStamped, TransformStamped, Odometry, Path, PoseInFrame or transforms".to_owned()), ReadOption::Topic)
             };
             return fault("a topic of poses".to_owned(), listed(), &hint, option);
         }
@@ -225,7 +226,7 @@ impl<'a> Recording<'a> {
             if !judged(&topic) {
                 let reason = match message::kind(&topic.kind) {
                     Kind::Refused(reason) => format!("{name} ({}): {reason}", topic.kind),
-                    Kind::Transforms => format!(
+                    Kind::Transforms(_) => format!(
                         "{name} ({}): transforms; name two frames instead",
                         topic.kind
                     ),
@@ -374,11 +375,23 @@ impl<'a> Recording<'a> {
     fn tree(&self) -> Result<tf::Tree, Error> {
         let mut tree = tf::Tree::default();
         self.messages(
-            |channel| message::kind(&channel.kind) == Kind::Transforms,
-            &mut |channel, _, content| {
-                let fixed = channel.topic.contains("static");
-                match message::transforms(content, channel.encoding) {
-                    Some(all) => all.iter().for_each(|transform| tree.add(transform, fixed)),
+            |channel| matches!(message::kind(&channel.kind), Kind::Transforms(_)),
+            &mut |channel, time, content| {
+                let Kind::Transforms(transforms) = message::kind(&channel.kind) else {
+                    return Ok(true);
+                };
+                let held = if channel.topic.contains("static") {
+                    tf::Held::Always
+                } else if transforms.of_foxglove() {
+                    tf::Held::Alone
+                } else {
+                    tf::Held::Never
+                };
+                match message::transforms(content, channel.encoding, transforms) {
+                    Some(all) => {
+                        let all = all.iter();
+                        all.for_each(|transform| tree.add(transform, time, held));
+                    }
                     None => tree.unusable += 1,
                 }
                 Ok(true)
@@ -406,7 +419,9 @@ impl<'a> Recording<'a> {
             .option(ReadOption::Tf)
         };
         if tree.is_empty() {
-            return Err(fault("no transforms (no topic of TFMessage)".to_owned()));
+            return Err(fault(
+                "no transforms (no topic of TFMessage or FrameTransforms)".to_owned(),
+            ));
         }
         let samples = tree.lookup(parent, child).map_err(fault)?;
         let mut collector = self.collector(options);

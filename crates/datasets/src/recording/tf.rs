@@ -15,6 +15,20 @@ struct Edge {
     fixed: Option<Pose>,
     /// Nanoseconds and poses, sorted by time before they are looked up.
     samples: Vec<(i64, Pose)>,
+    /// The usual step between samples, seconds; `None` where there are too few.
+    step: Option<f64>,
+    /// One sample alone holds at all times.
+    held_alone: bool,
+}
+
+/// Whether a transform holds at other times than its stamp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Held {
+    /// Those of the static topic of ROS.
+    Always,
+    /// Where it is the only one of its frame: Foxglove has no topic for static transforms.
+    Alone,
+    Never,
 }
 
 /// Frames by their names.
@@ -26,6 +40,11 @@ pub(crate) struct Tree {
     /// Transforms that are none.
     pub unusable: usize,
 }
+
+/// Frames above each other, at most: as in tf2.
+const DEEPEST: usize = 1000;
+/// Frames in a listing of chains, at most: a thousand chains of ten.
+const MOST_LISTED: usize = 10_000;
 
 /// A pose looked up, and whether it does not continue the one before.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,8 +67,8 @@ fn plain(frame: &str) -> &str {
 }
 
 impl Tree {
-    /// Takes one transform; `fixed` for those of a static topic.
-    pub fn add(&mut self, transform: &Stamped, fixed: bool) {
+    /// Takes one transform; `time` is that of its recording, nanoseconds, for one without a stamp.
+    pub fn add(&mut self, transform: &Stamped, time: i64, held: Held) {
         let (parent, child) = (plain(&transform.parent), plain(&transform.child));
         let pose = super::pose_of(transform.position, transform.quaternion);
         let (Some(pose), false) = (
@@ -66,10 +85,11 @@ impl Tree {
             self.reparented.insert(child.to_owned());
             return;
         }
-        if fixed {
+        if held == Held::Always {
             edge.fixed = Some(pose);
         } else {
-            edge.samples.push((transform.stamp.unwrap_or(0), pose));
+            edge.held_alone = held == Held::Alone;
+            edge.samples.push((transform.stamp.unwrap_or(time), pose));
         }
     }
 
@@ -78,6 +98,11 @@ impl Tree {
         for edge in self.edges.values_mut() {
             edge.samples.sort_by_key(|(stamp, _)| *stamp);
             edge.samples.dedup_by_key(|(stamp, _)| *stamp);
+            if let ([(_, pose)], true) = (&edge.samples[..], edge.held_alone) {
+                edge.fixed.get_or_insert(*pose);
+            }
+            let stamps: Vec<i64> = edge.samples.iter().map(|(stamp, _)| *stamp).collect();
+            edge.step = stretch::median_step(&stamps);
         }
     }
 
@@ -97,8 +122,13 @@ impl Tree {
             .keys()
             .filter(|frame| !parents.contains(frame.as_str()));
         let mut chains = Vec::new();
+        let mut listed = 0;
         for leaf in leaves {
             let up = self.up(leaf);
+            listed += up.len();
+            if listed > MOST_LISTED {
+                break;
+            }
             let root = up
                 .last()
                 .map(|frame| self.edges[*frame].parent.clone())
@@ -118,8 +148,7 @@ impl Tree {
 
     fn hertz(&self, frame: &str) -> Option<f64> {
         let edge = self.edges.get(frame).filter(|edge| edge.fixed.is_none())?;
-        let stamps: Vec<i64> = edge.samples.iter().map(|(stamp, _)| *stamp).collect();
-        stretch::median_step(&stamps).map(|step| 1.0 / step)
+        edge.step.map(|step| 1.0 / step)
     }
 
     /// The frame and those above it, the root left out.
@@ -127,7 +156,7 @@ impl Tree {
         let mut up = Vec::new();
         let mut current = frame;
         while let Some(edge) = self.edges.get(current) {
-            if up.contains(&current) {
+            if up.len() == DEEPEST || up.contains(&current) {
                 break;
             }
             up.push(current);
@@ -274,7 +303,7 @@ impl Tree {
         let (early, last) = samples.get(after.checked_sub(1)?)?;
         let step = (late - early) as f64 * 1e-9;
         // As between poses of a log: a pause of ten usual steps and half a second is not bridged.
-        let usual = self.hertz(frame).map_or(0.0, |hertz| 1.0 / hertz);
+        let usual = edge.step.unwrap_or(0.0);
         if step > (10.0 * usual).max(0.5) {
             return None;
         }
@@ -301,14 +330,26 @@ mod tests {
         let mut tree = Tree::default();
         for index in 0..11 {
             let t = f64::from(index) * 0.1;
-            tree.add(&transform("/odom", "base_link", t, t, 0.1 * t), false);
+            tree.add(
+                &transform("/odom", "base_link", t, t, 0.1 * t),
+                0,
+                Held::Never,
+            );
         }
         for index in 0..3 {
             let t = f64::from(index) * 0.5;
-            tree.add(&transform("map", "odom", t, 10.0 + t, 0.0), false);
+            tree.add(&transform("map", "odom", t, 10.0 + t, 0.0), 0, Held::Never);
         }
-        tree.add(&transform("base_link", "camera", 0.0, 0.5, 0.0), true);
-        tree.add(&transform("elsewhere", "other", 0.0, 0.5, 0.0), false);
+        tree.add(
+            &transform("base_link", "camera", 0.0, 0.5, 0.0),
+            0,
+            Held::Always,
+        );
+        tree.add(
+            &transform("elsewhere", "other", 0.0, 0.5, 0.0),
+            0,
+            Held::Never,
+        );
         tree.finish();
         tree
     }
@@ -340,6 +381,42 @@ mod tests {
     }
 
     #[test]
+    fn a_listing_of_chains_has_an_end() {
+        let mut tree = Tree::default();
+        for index in 0..600 {
+            let (parent, child) = (format!("f{index}"), format!("f{}", index + 1));
+            tree.add(&transform(&parent, &child, 0.0, 1.0, 0.0), 0, Held::Always);
+            let leaf = format!("leaf{index}");
+            tree.add(&transform("f600", &leaf, 0.0, 1.0, 0.0), 0, Held::Always);
+        }
+        tree.finish();
+        let listed: usize = tree.chains().iter().map(Vec::len).sum();
+        assert!((5_000..=10_100).contains(&listed), "{listed}");
+    }
+
+    #[test]
+    fn a_lone_transform_of_foxglove_holds_and_two_do_not() {
+        let mut tree = Tree::default();
+        for index in 0..5 {
+            let t = f64::from(index);
+            tree.add(&transform("odom", "body", t, t, 0.0), 0, Held::Alone);
+        }
+        tree.add(&transform("map", "odom", 2.0, 10.0, 0.0), 0, Held::Alone);
+        tree.finish();
+        assert_eq!(tree.lookup("map", "body").unwrap().len(), 5);
+        let mut again = Tree::default();
+        for t in [2.0, 3.0] {
+            again.add(&transform("map", "odom", t, 10.0, 0.0), 0, Held::Alone);
+        }
+        for index in 0..5 {
+            let t = f64::from(index);
+            again.add(&transform("odom", "body", t, t, 0.0), 0, Held::Alone);
+        }
+        again.finish();
+        assert_eq!(again.lookup("map", "body").unwrap().len(), 2);
+    }
+
+    #[test]
     fn broken_chains_are_named() {
         let mut tree = tree();
         let reason = |tree: &Tree, a, b| tree.lookup(a, b).unwrap_err();
@@ -349,20 +426,21 @@ mod tests {
         );
         assert!(reason(&tree, "map", "other").contains("two trees"));
         assert!(reason(&tree, "base_link", "camera").contains("static"));
-        tree.add(&transform("camera", "late", 50.0, 0.0, 0.0), false);
+        tree.add(&transform("camera", "late", 50.0, 0.0, 0.0), 0, Held::Never);
         tree.finish();
         assert!(reason(&tree, "map", "late").contains("do not overlap"));
-        tree.add(&transform("world", "odom", 0.2, 0.0, 0.0), false);
+        tree.add(&transform("world", "odom", 0.2, 0.0, 0.0), 0, Held::Never);
         assert!(reason(&tree, "map", "base_link").contains("two parents"));
         // A pause is not bridged.
         let mut paused = Tree::default();
         for t in [0.0, 0.1, 0.2, 5.0, 5.1] {
-            paused.add(&transform("a", "b", t, t, 0.0), false);
+            paused.add(&transform("a", "b", t, t, 0.0), 0, Held::Never);
         }
         for index in 0..52 {
             paused.add(
                 &transform("b", "c", f64::from(index) * 0.1, 0.0, 0.0),
-                false,
+                0,
+                Held::Never,
             );
         }
         paused.finish();

@@ -94,6 +94,10 @@ fn pack(bytes: &[u8], compression: &str) -> Vec<u8> {
             encoder.write_all(bytes).unwrap();
             encoder.finish().unwrap()
         }
+        "zstd" => {
+            let level = ruzstd::encoding::CompressionLevel::Fastest;
+            ruzstd::encoding::compress_to_vec(bytes, level)
+        }
         _ => bytes.to_vec(),
     }
 }
@@ -102,9 +106,25 @@ fn block(text: &[u8]) -> Vec<u8> {
     [&(text.len() as u32).to_le_bytes()[..], text].concat()
 }
 
-/// An MCAP file with `per_chunk` messages a chunk (0: without chunks), with an index or without.
+/// An MCAP file of ROS with `per_chunk` messages a chunk (0: without chunks), with an index or without.
 pub fn mcap(
     ros: Ros,
+    channels: &[Channel],
+    messages: &[Message],
+    compression: &str,
+    per_chunk: usize,
+    index: bool,
+) -> Vec<u8> {
+    let encoding = match ros {
+        Ros::One => "ros1",
+        Ros::Two => "cdr",
+    };
+    mcap_of(encoding, channels, messages, compression, per_chunk, index)
+}
+
+/// The same of messages in any encoding.
+pub fn mcap_of(
+    encoding: &str,
     channels: &[Channel],
     messages: &[Message],
     compression: &str,
@@ -114,10 +134,7 @@ pub fn mcap(
     let record = |code: u8, content: &[u8]| {
         [&[code][..], &(content.len() as u64).to_le_bytes(), content].concat()
     };
-    let (encoding, middle) = match ros {
-        Ros::One => ("ros1", "/"),
-        Ros::Two => ("cdr", "/msg/"),
-    };
+    let middle = if encoding == "cdr" { "/msg/" } else { "/" };
     let names: Vec<u8> = channels
         .iter()
         .flat_map(|channel| {
@@ -126,7 +143,7 @@ pub fn mcap(
             let schema = [
                 &id[..],
                 &block(kind.as_bytes()),
-                &block(b"ros2msg"),
+                &block(encoding.as_bytes()),
                 &block(b""),
             ]
             .concat();
