@@ -1,5 +1,6 @@
 //! ROS 1 bags, version 2.0: records with a header of named fields, chunks of them packed.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
@@ -9,6 +10,8 @@ use super::data::{Cursor, Data};
 const MAGIC: u64 = 13;
 /// Longest header of a record.
 const LONGEST_HEADER: u64 = 1 << 20;
+/// Longest content of another record: a message with a pose, a packed chunk, an index.
+const LONGEST: u64 = 1 << 30;
 
 mod code {
     pub const MESSAGE: u8 = 0x02;
@@ -95,6 +98,15 @@ fn record(data: &Data<'_>, range: &Range<u64>) -> Result<Record, Fault> {
     })
 }
 
+/// The content of a record.
+fn content<'d>(data: &'d Data<'_>, record: &Record) -> Result<Cow<'d, [u8]>, Fault> {
+    let length = record.data.end - record.data.start;
+    if length > LONGEST {
+        return Err(Fault::Damaged(format!("a record of {length} bytes")));
+    }
+    Ok(data.read(record.data.start, length)?)
+}
+
 type RecordVisitor<'v> = dyn FnMut(&Data<'_>, &Record) -> Result<(), Fault> + 'v;
 
 fn walk(
@@ -119,7 +131,7 @@ fn walk_chunk(
     if compression == "none" {
         return walk(data, record.data.clone(), visit);
     }
-    let packed = data.read(record.data.start, record.data.end - record.data.start)?;
+    let packed = content(data, record)?;
     let records = unpack(&packed, &compression, record.number("size"))?;
     walk(&Data::Bytes(&records), 0..records.len() as u64, visit)
 }
@@ -148,14 +160,13 @@ impl<'a> Bag<'a> {
     }
 
     fn read_index(&mut self, index: u64) -> Result<(), Fault> {
-        let (mut channels, mut chunks) = (Vec::new(), Vec::new());
+        let (mut channels, mut chunks) = (Channels::default(), Vec::new());
         let mut counts: HashMap<u32, u64> = HashMap::new();
         walk(&self.data, index..self.data.len(), &mut |data, record| {
             match record.code() {
-                code::CONNECTION => add_connection(&mut channels, data, record)?,
+                code::CONNECTION => channels.add(data, record)?,
                 code::CHUNK_INFO => {
-                    let bytes =
-                        data.read(record.data.start, record.data.end - record.data.start)?;
+                    let bytes = content(data, record)?;
                     let mut cursor = Cursor(&bytes);
                     let mut within = Vec::new();
                     while let (Some(connection), Some(count)) = (cursor.u32(), cursor.u32()) {
@@ -171,20 +182,17 @@ impl<'a> Bag<'a> {
             }
             Ok(())
         })?;
-        for channel in &mut channels {
-            channel.messages = Some(counts.get(&channel.id).copied().unwrap_or(0));
-        }
-        (self.channels, self.chunks) = (channels, chunks);
+        (self.channels, self.chunks) = (channels.counted(&counts), chunks);
         Ok(())
     }
 
     /// Goes through all records, for a bag that was not closed.
     fn scan(&mut self) {
-        let mut channels = Vec::new();
+        let mut channels = Channels::default();
         let mut counts: HashMap<u32, u64> = HashMap::new();
         let result = self.walk_all(&mut |data, record| {
             match record.code() {
-                code::CONNECTION => add_connection(&mut channels, data, record)?,
+                code::CONNECTION => channels.add(data, record)?,
                 code::MESSAGE => {
                     *counts
                         .entry(record.number("conn").unwrap_or(0) as u32)
@@ -200,10 +208,7 @@ impl<'a> Bag<'a> {
             Err(Fault::Stop) => String::new(),
         };
         self.damage = Some(format!("the bag has no index (it was not closed){found}"));
-        for channel in &mut channels {
-            channel.messages = Some(counts.get(&channel.id).copied().unwrap_or(0));
-        }
-        self.channels = channels;
+        self.channels = channels.counted(&counts);
         self.chunks.clear();
     }
 
@@ -230,7 +235,7 @@ impl<'a> Bag<'a> {
             }
             let time = record.number("time").ok_or_else(damaged)?;
             let nanoseconds = (time & 0xffff_ffff) as i64 * 1_000_000_000 + (time >> 32) as i64;
-            let content = data.read(record.data.start, record.data.end - record.data.start)?;
+            let content = content(data, record)?;
             visit(connection, nanoseconds, &content)
         };
         if self.chunks.is_empty() {
@@ -250,33 +255,45 @@ impl<'a> Bag<'a> {
     }
 }
 
-fn add_connection(
-    channels: &mut Vec<Channel>,
-    data: &Data<'_>,
-    record: &Record,
-) -> Result<(), Fault> {
-    let damaged = || Fault::Damaged("a damaged connection".to_owned());
-    let id = record.number("conn").ok_or_else(damaged)? as u32;
-    if channels.iter().any(|channel| channel.id == id) {
-        return Ok(());
+/// Connections, each once.
+#[derive(Default)]
+struct Channels {
+    all: Vec<Channel>,
+    known: HashSet<u32>,
+}
+
+impl Channels {
+    fn add(&mut self, data: &Data<'_>, record: &Record) -> Result<(), Fault> {
+        let damaged = || Fault::Damaged("a damaged connection".to_owned());
+        let id = record.number("conn").ok_or_else(damaged)? as u32;
+        if !self.known.insert(id) {
+            return Ok(());
+        }
+        let content = data.read(
+            record.data.start,
+            (record.data.end - record.data.start).min(LONGEST_HEADER),
+        )?;
+        let kind = fields(&content)
+            .and_then(|fields| {
+                fields
+                    .get("type")
+                    .map(|kind| String::from_utf8_lossy(kind).into_owned())
+            })
+            .unwrap_or_default();
+        self.all.push(Channel {
+            id,
+            topic: record.text("topic"),
+            kind: plain_kind(&kind),
+            encoding: Encoding::Ros1,
+            messages: None,
+        });
+        Ok(())
     }
-    let content = data.read(
-        record.data.start,
-        (record.data.end - record.data.start).min(LONGEST_HEADER),
-    )?;
-    let kind = fields(&content)
-        .and_then(|fields| {
-            fields
-                .get("type")
-                .map(|kind| String::from_utf8_lossy(kind).into_owned())
-        })
-        .unwrap_or_default();
-    channels.push(Channel {
-        id,
-        topic: record.text("topic"),
-        kind: plain_kind(&kind),
-        encoding: Encoding::Ros1,
-        messages: None,
-    });
-    Ok(())
+
+    fn counted(mut self, counts: &HashMap<u32, u64>) -> Vec<Channel> {
+        for channel in &mut self.all {
+            channel.messages = Some(counts.get(&channel.id).copied().unwrap_or(0));
+        }
+        self.all
+    }
 }

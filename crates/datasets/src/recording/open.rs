@@ -11,6 +11,9 @@ use crate::{Error, Format, Remark, RemarkKind};
 /// The description in a folder of a ROS 2 bag.
 const METADATA: &str = "metadata.yaml";
 
+/// What packed files of one recording may become together, bytes: they are held in memory.
+const MOST_HELD: u64 = 4 << 30;
+
 /// True for a folder that holds a ROS 2 bag.
 pub(crate) fn is_folder(path: &Path) -> bool {
     path.join(METADATA).is_file()
@@ -30,13 +33,22 @@ pub(crate) fn open(path: &Path, format: Format) -> Result<Recording<'static>, Er
             .remarks
             .push(Remark::new(RemarkKind::DamagedRecording, text));
     }
+    let mut held = 0_u64;
     for file in files {
         let packed = ["zstd", "zst"]
             .iter()
             .any(|end| file.extension().is_some_and(|own| own == *end));
         let data = if packed {
             let bytes = std::fs::read(&file).map_err(|source| Error::io(&file, source))?;
-            Data::Owned(crate::read::unpack(&file, &bytes)?.into_owned())
+            let unpacked = crate::read::unpack(&file, &bytes)?.into_owned();
+            held += unpacked.len() as u64;
+            if held > MOST_HELD {
+                let found = format!("more than {} GiB", MOST_HELD >> 30);
+                let hint = "unpack the files first: of plain ones only the poses are read";
+                let expected = "packed files that fit into memory together";
+                return Err(Error::input(&file, Place::File, expected, found, hint));
+            }
+            Data::Owned(unpacked)
         } else {
             let open = File::open(&file).map_err(|source| Error::io(&file, source))?;
             let length = open

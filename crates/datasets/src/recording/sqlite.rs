@@ -171,6 +171,8 @@ impl<'a> Recording<'a> {
     ) -> Result<(), Fault> {
         // Pages yet to be seen, the next one last; each page is seen once, so that a loop ends.
         let mut left = self.data.len() / self.page + 1;
+        // Rows do not overlap, so that together they are no longer than the file.
+        let mut bytes_left = self.data.len();
         let mut stack = vec![(root, 0)];
         while let Some((number, depth)) = stack.pop() {
             left = left
@@ -204,6 +206,9 @@ impl<'a> Recording<'a> {
                     for index in 0..cells {
                         let at = u16_at(start + 8 + 2 * index).ok_or_else(short)?;
                         let cell = self.cell(&page, at).ok_or_else(short)?;
+                        bytes_left = bytes_left
+                            .checked_sub(cell.length)
+                            .ok_or_else(|| damaged("rows that are longer than the file"))?;
                         visit(self, &cell)?;
                     }
                 }

@@ -1,6 +1,7 @@
 //! The records of a ULog file (PX4, "ULog File Format", version 1): definitions and messages, little-endian.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 /// The first bytes of every ULog; a version and a time follow.
 pub(crate) const MAGIC: &[u8] = b"ULog\x01\x12\x35";
@@ -29,7 +30,8 @@ pub(super) struct Log<'a> {
 pub(super) struct Topic<'a> {
     pub name: String,
     pub instance: u8,
-    fields: Vec<Field>,
+    /// Instances of one topic share them.
+    fields: Rc<[Field]>,
     pub messages: Vec<&'a [u8]>,
     /// Messages that are the first after a dropout.
     pub after_dropout: Vec<usize>,
@@ -137,7 +139,11 @@ impl<'a> Log<'a> {
         if let Some(place) = self.topics.iter().position(same) {
             return Some(Some(place));
         }
-        let fields = self.fields(&name)?;
+        let mut known = self.topics.iter().filter(|topic| topic.name == name);
+        let fields = match known.next() {
+            Some(other) => Rc::clone(&other.fields),
+            None => self.fields(&name)?.into(),
+        };
         let topic = Topic {
             name,
             instance,
