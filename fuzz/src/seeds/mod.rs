@@ -38,5 +38,16 @@ pub fn everything() -> Vec<Vec<u8>> {
     ]
     .iter()
     .flat_map(|seeds| seeds())
+    .chain(packed())
     .collect()
+}
+
+/// Packed text.
+fn packed() -> Vec<Vec<u8>> {
+    let level = ruzstd::encoding::CompressionLevel::Fastest;
+    let text = text::tum();
+    let packed = text
+        .iter()
+        .map(|text| ruzstd::encoding::compress_to_vec(&text[..], level));
+    packed.collect()
 }

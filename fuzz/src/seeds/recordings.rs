@@ -1,12 +1,16 @@
 //! Recordings of ROS.
 
 // The writers of the readers' own tests.
+#[path = "../../../crates/datasets/tests/recording/foxglove.rs"]
+#[allow(missing_docs)]
+mod foxglove;
 #[path = "../../../crates/datasets/tests/recording/writers.rs"]
 #[allow(missing_docs)]
 mod writers;
 
 use super::logs;
 use dose3_lie::Pose;
+use foxglove::Encoding;
 use writers::{Channel, Message, Ros};
 
 fn numbers(pose: &Pose) -> [f64; 7] {
@@ -69,10 +73,43 @@ fn content(ros: Ros) -> (Vec<Channel>, Vec<Message>) {
     (channels.collect(), messages)
 }
 
-/// MCAP of both profiles, packed and plain, with an index and without.
+/// A pose, a transform and a list of transforms of Foxglove.
+fn of_foxglove(encoding: Encoding, kind: &str, compression: &str) -> Vec<u8> {
+    let channels = [Channel {
+        id: 1,
+        topic: "/tf".to_owned(),
+        kind: kind.to_owned(),
+    }];
+    let message = |(index, pose): (usize, &Pose)| {
+        let [x, y, z, q @ ..] = numbers(pose);
+        let time = stamp(index);
+        let transform =
+            |parent: &str, child: &str| encoding.transform(time, parent, child, [x, y, z], q);
+        let content = match kind {
+            "foxglove.PoseInFrame" => encoding.pose(time, "odom", [x, y, z], q),
+            "foxglove.FrameTransform" => transform("map", "base_link"),
+            _ => encoding.transforms(&[transform("map", "odom"), transform("odom", "base_link")]),
+        };
+        Message {
+            channel: 1,
+            time,
+            content,
+        }
+    };
+    let log = &logs()[0];
+    let messages: Vec<Message> = log.poses.iter().enumerate().map(message).collect();
+    writers::mcap_of(encoding.name(), &channels, &messages, compression, 16, true)
+}
+
+/// MCAP of both profiles and of Foxglove, packed and plain, with an index and without.
 pub fn mcap() -> Vec<Vec<u8>> {
     let (one, two) = (content(Ros::One), content(Ros::Two));
     vec![
+        of_foxglove(Encoding::Protobuf, "foxglove.PoseInFrame", ""),
+        of_foxglove(Encoding::Json, "foxglove.PoseInFrame", ""),
+        of_foxglove(Encoding::Protobuf, "foxglove.FrameTransforms", "zstd"),
+        of_foxglove(Encoding::Protobuf, "foxglove.FrameTransforms", ""),
+        of_foxglove(Encoding::Json, "foxglove.FrameTransform", ""),
         writers::mcap(Ros::Two, &two.0, &two.1, "", 16, true),
         writers::mcap(Ros::Two, &two.0, &two.1, "lz4", 16, true),
         writers::mcap(Ros::Two, &two.0, &two.1, "zstd", 16, false),
