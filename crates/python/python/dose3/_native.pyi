@@ -8,7 +8,23 @@ from dose3._options import PathLike
 
 __version__: str
 
-__all__: list[str]
+__all__ = [
+    "Detector",
+    "Error",
+    "InternalError",
+    "Judging",
+    "Model",
+    "Report",
+    "Stream",
+    "Trajectory",
+    "__version__",
+    "inject",
+    "read",
+    "read_bytes",
+    "read_table",
+    "synthetic",
+    "train",
+]
 
 class Error(Exception): ...
 class InternalError(Error): ...
