@@ -64,6 +64,11 @@ fn hint(error: &Error) -> Option<String> {
         Error::File { reason, .. } | Error::Log { reason, .. } | Error::Backend { reason, .. } => {
             return hint(reason);
         }
+        Error::LogForDetector { .. } => {
+            "fit one to trusted logs with `dose3 fit --trusted DIR --out DETECTOR`, \
+                                         give that to --detector and the log beside it"
+                .into()
+        }
         Error::NotADetector => "make a detector of it with `dose3 fit --model`".into(),
         Error::Setting { setting, .. } => format!("it is set by {}", flag(*setting)?),
         Error::UnknownName { what: "log", .. } => "logs are held out with --hold-out".into(),

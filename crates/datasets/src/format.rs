@@ -148,6 +148,7 @@ impl FromStr for Format {
 
 /// What the axes of the moving body are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Frame {
     /// A camera: x right, y down, z forward.

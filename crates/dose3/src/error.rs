@@ -53,6 +53,14 @@ pub enum Error {
     /// A model file where a detector was expected.
     #[error("a model that was not fitted to trusted logs, expected a detector")]
     NotADetector,
+    /// A pose log where a detector was expected.
+    #[error("{path} is a pose log ({poses} poses), expected a detector", path = path.display())]
+    LogForDetector {
+        /// The file.
+        path: PathBuf,
+        /// Its poses.
+        poses: usize,
+    },
     /// A file of a version that this build does not read.
     #[error("{what} format {found}, this build reads {oldest} to {newest}; update dose3")]
     FormatVersion {

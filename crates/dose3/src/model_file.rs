@@ -12,6 +12,7 @@ use dose3_model::{PairParameters, Precision};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::io::Read as _;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
@@ -22,6 +23,7 @@ pub const VERSION: u32 = 1;
 
 /// One log that a model or detector was made from.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LogRecord {
     /// The log's name.
     pub name: String,
@@ -213,6 +215,39 @@ pub(crate) fn from_json<T: DeserializeOwned>(what: &'static str, json: &str) -> 
 
 pub(crate) fn json(what: &'static str, header: &impl Serialize) -> Result<String> {
     serde_json::to_string(header).map_err(|reason| Error::Header { what, reason })
+}
+
+/// Metadata of a safetensors file is at most as long as this, bytes.
+const LONGEST_METADATA: u64 = 100_000_000;
+
+/// Whether a safetensors file has metadata with this key.
+pub(crate) fn has_key(path: &Path, key: &str) -> bool {
+    let find = || -> std::io::Result<bool> {
+        // Reading a pipe would take what it holds.
+        if !std::fs::metadata(path)?.is_file() {
+            return Ok(false);
+        }
+        let mut file = std::fs::File::open(path)?;
+        let mut length = [0; 8];
+        file.read_exact(&mut length)?;
+        let length = u64::from_le_bytes(length);
+        if length > LONGEST_METADATA {
+            return Ok(false);
+        }
+        let mut metadata = Vec::new();
+        file.take(length).read_to_end(&mut metadata)?;
+        let quoted = format!("\"{key}\"");
+        let is_there = metadata
+            .windows(quoted.len())
+            .any(|w| w == quoted.as_bytes());
+        Ok(metadata.starts_with(b"{") && is_there)
+    };
+    find().unwrap_or(false)
+}
+
+/// Whether a file says that it holds a model, as a detector does too.
+pub(crate) fn is_model(path: &Path) -> bool {
+    has_key(path, KEY)
 }
 
 /// Reads a file by `parse`; its errors name the path.

@@ -5,10 +5,13 @@ use crate::args::Inspect;
 use crate::explain::{explain, remark_with_flag};
 use crate::terminal::{count, print, print_json, say};
 use anyhow::Result;
+use dose3::Detector;
+use dose3::detector::DetectorSummary;
 use dose3::logs::find_each;
 use dose3_datasets::{Contents, LostSpan, RateSource, Remark, Trajectory, contents, stretches};
 use serde::Serialize;
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 /// What `inspect --json` prints for one log.
 #[derive(Serialize)]
@@ -42,11 +45,21 @@ struct Recording {
     contents: Contents,
 }
 
+/// What `inspect --json` prints for a detector.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct Fitted {
+    path: String,
+    detector: DetectorSummary,
+}
+
 /// One path of `inspect`.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 enum Entry {
+    #[cfg_attr(feature = "schema", schemars(skip))]
+    Detector(Box<Fitted>),
     Recording(Recording),
     Log(Report),
 }
@@ -60,7 +73,24 @@ pub fn schema() -> schemars::Schema {
 pub fn run(args: &Inspect) -> Result<u8> {
     let options = read_options(&args.reading);
     let (mut entries, mut failed) = (Vec::new(), false);
-    let found = find_each(&args.logs, &options)?;
+    let (detectors, logs): (Vec<PathBuf>, Vec<PathBuf>) = args
+        .logs
+        .iter()
+        .cloned()
+        .partition(|path| Detector::is_file(path));
+    for path in detectors {
+        match Detector::load(&path).and_then(|detector| detector.summary()) {
+            Ok(detector) => entries.push(Entry::Detector(Box::new(Fitted {
+                path: path.display().to_string(),
+                detector,
+            }))),
+            Err(error) => {
+                say(&format!("error: {}", explain(&error.into())));
+                failed = true;
+            }
+        }
+    }
+    let found = find_each(&logs, &options)?;
     say_skipped(&found.skipped);
     let listing = options.load.topics.is_empty() && options.load.tf.is_none();
     for (path, log) in found.logs {
@@ -90,6 +120,7 @@ pub fn run(args: &Inspect) -> Result<u8> {
         print_json(&entries)?;
     } else {
         let texts = entries.iter().map(|entry| match entry {
+            Entry::Detector(fitted) => format!("{}\n{}", fitted.path, fitted.detector),
             Entry::Recording(recording) => listing_text(recording),
             Entry::Log(report) => text(report),
         });

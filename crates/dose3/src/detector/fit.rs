@@ -576,7 +576,7 @@ fn ranges(
                 .iter()
                 .filter(|w| w.trajectory == log && stretch.contains(&w.start))
                 .map(|w| w.start - stretch.start..w.start - stretch.start + w.length);
-            collector.add(&motion, &within.collect::<Vec<_>>());
+            collector.add(poses, &motion, &within.collect::<Vec<_>>());
         }
     }
     Ok(collector.finish())

@@ -6,6 +6,7 @@ mod header;
 mod judge;
 mod loaded;
 mod short;
+mod summary;
 mod whole;
 
 pub use extent::SHORTER_WINDOWS;
@@ -16,6 +17,7 @@ use header::SEALED;
 pub use header::{DetectorHeader, KEY, ShorterWindows, VERSION};
 pub use judge::JudgeOptions;
 pub use short::ShortReference;
+pub use summary::{DetectorSummary, OddGroup, QuantitySummary};
 pub use whole::{CALIBRATION_SHARE, TIMING_SHARE, WholeFindings, WholeReference};
 
 use crate::atomic;
@@ -138,7 +140,28 @@ impl Detector {
     /// # Errors
     /// As [`Detector::from_bytes`], with the path.
     pub fn load(path: impl AsRef<Path>) -> Result<Self> {
-        model_file::read("detector", path.as_ref(), Self::from_bytes)
+        let path = path.as_ref();
+        let read = model_file::read("detector", path, Self::from_bytes);
+        let Err(error @ Error::File { .. }) = read else {
+            return read;
+        };
+        // The two are easily given in each other's place.
+        match Self::is_file(path) || model_file::is_model(path) {
+            true => Err(error),
+            false => match dose3_datasets::load(path, &dose3_datasets::LoadOptions::default()) {
+                Ok(log) => Err(Error::LogForDetector {
+                    path: path.to_path_buf(),
+                    poses: log.len(),
+                }),
+                Err(_) => Err(error),
+            },
+        }
+    }
+
+    /// Whether a file says that it is a detector, whatever else is wrong with it.
+    #[must_use]
+    pub fn is_file(path: impl AsRef<Path>) -> bool {
+        model_file::has_key(path.as_ref(), KEY)
     }
 
     /// Writes a detector file, whole or not at all.

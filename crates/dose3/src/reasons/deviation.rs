@@ -1,14 +1,29 @@
-//! One quantity of a stretch against its trusted range.
+//! Quantities that leave the range of trusted windows.
 
-use crate::report::{Place, Reason, ReasonAxis, ReasonKind};
-use crate::series::{Part, Quantity, TrustedRange, WindowSummary, inner};
+use super::candidate::{Candidate, Stretch, span};
+use super::words;
+use crate::report::{ReasonAxis, ReasonKind};
+use crate::series::{Axis, Quantity, TrustedRange, WindowSummary, inner};
 use dose3_ood::ranges::Quantiles;
-use std::ops::Range;
 
 /// The share of trusted windows on either side that the trusted range leaves out.
-const OUTSIDE: f64 = 0.01;
+pub(super) const OUTSIDE: f64 = 0.01;
 /// A quantity that hardly varies in trusted logs varies by at least this share of its size.
 const LEAST_SPREAD: f64 = 0.02;
+/// Noise below this (m/s, rad/s) counts as this.
+const SMALLEST_NOISE: f64 = 1e-5;
+/// What is seen in single poses tells less than what holds for a window.
+const OF_SINGLE_POSES: f64 = 0.8;
+/// A change of speed follows from something else; where that has a name of its own it goes first.
+const OF_ACCELERATION: f64 = 0.5;
+/// So does what the other axes do not explain.
+const OF_COUPLING: f64 = 0.7;
+/// A speed says less than the axis that it is along.
+const OF_ALL_AXES: f64 = 0.7;
+/// Going backward says more than going slowly.
+const OF_BACKWARDS: f64 = 1.5;
+/// Trusted logs of a body that goes forward do so in this share of their poses.
+const FORWARD_SHARE: f64 = 0.8;
 
 /// Which number of a window is beyond the trusted range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,154 +38,175 @@ pub(super) enum Side {
     Below,
 }
 
-/// A quantity that leaves its range.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Deviation {
-    pub quantity: Quantity,
+impl Side {
+    pub fn is_up(self) -> bool {
+        matches!(self, Self::High | Self::Above)
+    }
+
+    pub fn is_of_window(self) -> bool {
+        matches!(self, Self::Above | Self::Below)
+    }
+}
+
+/// A number beyond its range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Beyond {
     pub side: Side,
     pub amount: f64,
     pub trusted: [f64; 2],
-    /// Distance from the trusted median over the distance of the end of the range from it.
     pub strength: f64,
-    /// Those that deviate.
-    pub poses: Range<usize>,
 }
 
-impl Deviation {
-    /// How `column` leaves `range`, if it does, in its strongest way. `poses` are those to look at, `windows` the
-    /// detector's windows among them.
-    pub fn of(
-        quantity: Quantity,
-        column: &[Option<f64>],
-        poses: &Range<usize>,
-        windows: &[Range<usize>],
-        range: &TrustedRange,
-    ) -> Option<Self> {
-        let whole = WindowSummary::of(&column[inner(poses)])?;
-        let medians: Vec<f64> = windows
-            .iter()
-            .filter_map(|w| Some(WindowSummary::of(&column[inner(w)])?.median))
-            .collect();
-        let most = medians.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let least = medians.iter().copied().fold(f64::INFINITY, f64::min);
-        let sides = [
-            (Side::High, whole.high, &range.window_high),
-            (Side::Low, whole.low, &range.window_low),
-            (Side::Above, most, &range.window_median),
-            (Side::Below, least, &range.window_median),
-        ];
-        let found = sides.into_iter().filter_map(|(side, amount, quantiles)| {
-            let strength = strength(side, amount, quantiles);
-            (amount.is_finite() && strength > 1.0).then_some((side, amount, strength))
-        });
-        let (side, amount, strength) = found.max_by(|a, b| a.2.total_cmp(&b.2))?;
-        let trusted = match side {
-            Side::High | Side::Low => [
+/// All quantities that leave their range, each in its strongest way.
+pub(super) fn candidates(stretch: &Stretch<'_>) -> Vec<Candidate> {
+    let compared = |quantity: &Quantity| {
+        !matches!(
+            quantity,
+            Quantity::Jump(_) | Quantity::Repeats(_) | Quantity::Steady | Quantity::Frozen(_)
+        )
+    };
+    let all = Quantity::all().filter(compared);
+    all.filter_map(|quantity| candidate(stretch, quantity))
+        .collect()
+}
+
+fn candidate(stretch: &Stretch<'_>, quantity: Quantity) -> Option<Candidate> {
+    let range = stretch.ranges.get(quantity)?;
+    let column = stretch.motion.compared(quantity);
+    let beyond = beyond(stretch, quantity, &column, range)?;
+    let (side, trusted) = (beyond.side, beyond.trusted);
+    let deviates = |pose: usize| {
+        column[pose].is_some_and(|value| match side.is_up() {
+            true => value > trusted[1],
+            false => value < trusted[0],
+        })
+    };
+    let poses = span(inner(&stretch.poses), deviates)?;
+    let peak = (!side.is_of_window()).then(|| {
+        let mut known = poses.clone().filter(|pose| column[*pose].is_some());
+        known.find(|pose| column[*pose] == Some(beyond.amount))
+    });
+    let (kind, axis) = names(stretch, quantity, &beyond);
+    Some(Candidate {
+        kind,
+        axis,
+        amount: beyond.amount,
+        trusted: Some(trusted),
+        unit: quantity.unit(),
+        strength: beyond.strength
+            * weight(kind, axis)
+            * if side.is_of_window() {
+                1.0
+            } else {
+                OF_SINGLE_POSES
+            },
+        sentence: words::deviation(stretch, quantity, kind, &beyond, &poses),
+        poses,
+        peak: peak.flatten(),
+    })
+}
+
+fn weight(kind: ReasonKind, axis: ReasonAxis) -> f64 {
+    match kind {
+        _ if matches!(axis, ReasonAxis::Position | ReasonAxis::Attitude) => OF_ALL_AXES,
+        ReasonKind::Acceleration => OF_ACCELERATION,
+        ReasonKind::Coupling => OF_COUPLING,
+        ReasonKind::Backwards => OF_BACKWARDS,
+        _ => 1.0,
+    }
+}
+
+fn names(stretch: &Stretch<'_>, quantity: Quantity, beyond: &Beyond) -> (ReasonKind, ReasonAxis) {
+    let axis = match quantity {
+        Quantity::Speed => ReasonAxis::Position,
+        Quantity::Turning => ReasonAxis::Attitude,
+        Quantity::Sideslip => ReasonAxis::Left,
+        Quantity::Climb => ReasonAxis::Up,
+        other => other.axis().map_or(ReasonAxis::Pose, ReasonAxis::from),
+    };
+    let kind = match quantity {
+        Quantity::Velocity(Axis::Forward) if backwards(stretch, beyond) => ReasonKind::Backwards,
+        Quantity::Acceleration(_) => ReasonKind::Acceleration,
+        Quantity::Noise(_) if beyond.side.is_up() => ReasonKind::Noise,
+        Quantity::Noise(_) => ReasonKind::Smooth,
+        Quantity::Unexplained(_) => ReasonKind::Coupling,
+        Quantity::Sideslip | Quantity::Climb => ReasonKind::Direction,
+        _ => ReasonKind::Velocity,
+    };
+    (kind, axis)
+}
+
+/// Whether a body that goes forward in trusted logs goes backward.
+fn backwards(stretch: &Stretch<'_>, beyond: &Beyond) -> bool {
+    let range = stretch.ranges.get(Quantity::Velocity(Axis::Forward));
+    let forward = range.is_some_and(|r| r.window_share.median() >= FORWARD_SHARE);
+    stretch.named && forward && !beyond.side.is_up() && beyond.amount < 0.0
+}
+
+fn beyond(
+    stretch: &Stretch<'_>,
+    quantity: Quantity,
+    column: &[Option<f64>],
+    range: &TrustedRange,
+) -> Option<Beyond> {
+    let whole = WindowSummary::of(&column[inner(&stretch.poses)])?;
+    let medians: Vec<f64> = stretch
+        .windows
+        .iter()
+        .filter_map(|w| Some(WindowSummary::of(&column[inner(w)])?.median))
+        .collect();
+    let most = medians.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = medians.iter().copied().fold(f64::INFINITY, f64::min);
+    let sides = [
+        (Side::High, whole.high, &range.window_high),
+        (Side::Low, whole.low, &range.window_low),
+        (Side::Above, most, &range.window_median),
+        (Side::Below, least, &range.window_median),
+    ];
+    let found = sides.into_iter().filter_map(|(side, amount, quantiles)| {
+        let strength = strength(quantity, side, amount, quantiles);
+        let trusted = match side.is_of_window() {
+            true => [quantiles.at(OUTSIDE), quantiles.at(1.0 - OUTSIDE)],
+            false => [
                 range.window_low.at(OUTSIDE),
                 range.window_high.at(1.0 - OUTSIDE),
             ],
-            Side::Above | Side::Below => [
-                range.window_median.at(OUTSIDE),
-                range.window_median.at(1.0 - OUTSIDE),
-            ],
         };
-        let beyond = |value: f64| match side {
-            Side::High | Side::Above => value > trusted[1],
-            Side::Low | Side::Below => value < trusted[0],
-        };
-        let is_beyond = |pose: &usize| column[*pose].is_some_and(beyond);
-        let mut deviating = inner(poses).filter(is_beyond);
-        let first = deviating.next()?;
-        let last = deviating.next_back().unwrap_or(first);
-        Some(Self {
-            quantity,
+        let beyond = Beyond {
             side,
             amount,
             trusted,
             strength,
-            poses: first..last + 1,
-        })
-    }
-
-    pub fn same_axis(&self, other: &Self) -> bool {
-        self.quantity.axis().is_some() && self.quantity.axis() == other.quantity.axis()
-    }
-
-    /// What it says, at its place in the user's file.
-    pub fn reason(self, place: Place, named_axes: bool) -> Reason {
-        let axis = match self.quantity {
-            Quantity::Repeats(Part::Position) | Quantity::Speed => ReasonAxis::Position,
-            Quantity::Repeats(Part::Attitude) | Quantity::Turning => ReasonAxis::Attitude,
-            Quantity::Sideslip => ReasonAxis::Left,
-            Quantity::Climb => ReasonAxis::Up,
-            other => other.axis().map_or(ReasonAxis::Pose, ReasonAxis::from),
         };
-        let kind = match self.quantity {
-            Quantity::Velocity(_) | Quantity::Speed | Quantity::Turning => ReasonKind::Velocity,
-            Quantity::Acceleration(_) => ReasonKind::Acceleration,
-            Quantity::Noise(_) => ReasonKind::Noise,
-            Quantity::Unexplained(_) => ReasonKind::Coupling,
-            Quantity::Sideslip | Quantity::Climb => ReasonKind::Direction,
-            Quantity::Repeats(_) => ReasonKind::Repeats,
-            Quantity::Steady => ReasonKind::Interpolated,
-            Quantity::Frozen(_) => ReasonKind::Frozen,
-        };
-        Reason {
-            sentence: super::words::sentence(&self, named_axes),
-            kind,
-            axis,
-            amount: self.amount,
-            trusted: Some(self.trusted),
-            unit: self.quantity.unit(),
-            strength: self.strength,
-            place,
-        }
-    }
+        (amount.is_finite() && strength > 1.0).then_some(beyond)
+    });
+    found.max_by(|a, b| a.strength.total_cmp(&b.strength))
 }
 
-fn strength(side: Side, amount: f64, trusted: &Quantiles) -> f64 {
+/// 1 at the end of the trusted range, and more by the logarithm of how many times as far it is: from zero for a level
+/// of noise, which has none below, else from the trusted median.
+fn strength(quantity: Quantity, side: Side, amount: f64, trusted: &Quantiles) -> f64 {
+    let end = match side.is_up() {
+        true => trusted.at(1.0 - OUTSIDE),
+        false => trusted.at(OUTSIDE),
+    };
+    if let Quantity::Noise(_) = quantity {
+        let level = |x: f64| x.max(SMALLEST_NOISE);
+        return match side.is_up() {
+            true => times(level(amount) / level(end)),
+            false => times(level(end) / level(amount)),
+        };
+    }
     let median = trusted.median();
-    let (end, away) = match side {
-        Side::High | Side::Above => (trusted.at(1.0 - OUTSIDE), amount - median),
-        Side::Low | Side::Below => (trusted.at(OUTSIDE), median - amount),
+    let away = match side.is_up() {
+        true => amount - median,
+        false => median - amount,
     };
     let least = (LEAST_SPREAD * median.abs()).max(1e-6);
-    away / (end - median).abs().max(least)
+    times(away / (end - median).abs().max(least))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::series::Axis;
-
-    fn range(values: [f64; 11]) -> TrustedRange {
-        let quantiles = Quantiles { count: 99, values };
-        TrustedRange {
-            poses: quantiles,
-            window_low: quantiles,
-            window_median: quantiles,
-            window_high: quantiles,
-        }
-    }
-
-    #[test]
-    fn a_value_beyond_the_range_is_found_where_it_is() {
-        let trusted = range([-3., -2., -2., -1., -1., 0., 1., 1., 2., 2., 3.]);
-        let speed = Quantity::Velocity(Axis::Left);
-        let mut column = vec![Some(0.5); 40];
-        column[0] = None;
-        let of = |column: &[Option<f64>]| {
-            Deviation::of(speed, column, &(0..40), &[0..20, 20..40], &trusted)
-        };
-        assert_eq!(of(&column), None);
-        column[10] = Some(-6.0);
-        column[12] = Some(-4.0);
-        let found = of(&column).unwrap();
-        assert_eq!(
-            (found.side, found.amount, found.strength),
-            (Side::Low, -6.0, 3.0)
-        );
-        assert_eq!((found.trusted, found.poses), ([-2.0, 2.0], 10..13));
-        assert_eq!(of(&vec![None; 40]), None);
-    }
+/// The strength of what is so many times as far out as trusted.
+pub(super) fn times(ratio: f64) -> f64 {
+    1.0 + ratio.max(1e-3).ln()
 }

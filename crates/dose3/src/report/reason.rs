@@ -24,7 +24,7 @@ pub struct Reason {
     /// Where: from the first to the last pose that deviates, with rows and stamps of the user's file.
     #[serde(flatten)]
     pub place: Place,
-    /// All of it in words, such as `sideways speed 1.0 m/s (trusted: -0.12 to 0.11 m/s)`.
+    /// All of it in words, such as `sideways speed 1.0 m/s to the left (trusted: at most 0.11 m/s)`.
     pub sentence: String,
 }
 
@@ -38,18 +38,34 @@ pub enum ReasonKind {
     Velocity,
     /// Its change.
     Acceleration,
-    /// Roughness of speed or turn rate: more of it than trusted, or less.
+    /// Speed or turn rate is rougher.
     Noise,
+    /// Speed or turn rate is smoother.
+    Smooth,
     /// The axis does not move as the others say.
     Coupling,
     /// The body moves in another direction than it points.
     Direction,
+    /// The path runs backwards.
+    Backwards,
+    /// A single step goes elsewhere.
+    Jump,
     /// Position, attitude or both are repeated.
     Repeats,
     /// Poses lie on straight lines between others.
     Interpolated,
     /// A coordinate or an angle does not change while the body moves.
     Frozen,
+    /// Positions are rounded.
+    Grid,
+    /// Position behind (positive) or ahead of attitude.
+    TimeOffset,
+    /// The position is that of another point of the body, along the axis.
+    LeverArm,
+    /// The attitude is turned about the axis.
+    Mounting,
+    /// Positions or turns are in another unit.
+    Scale,
 }
 
 /// Of what a reason speaks. Where the body's axes are not known to be forward, left and up, these are its x, y and z,

@@ -9,7 +9,7 @@ use std::fmt;
 /// Segments and runs of poses that are shown.
 const SHOWN: usize = 5;
 /// Groups of statistics that are shown.
-const REASONS: usize = 3;
+const GROUPS: usize = 3;
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -24,11 +24,11 @@ impl fmt::Display for Report {
         self.write_places(f)?;
         self.write_whole(f)?;
         if !self.segments.is_empty() {
-            for (i, reason) in self.contributions.iter().take(REASONS).enumerate() {
+            for (i, reason) in self.contributions.iter().take(GROUPS).enumerate() {
                 writeln!(
                     f,
                     "  {:<11} {}: {:.0} % of windows beyond the trusted ones, p {:.3}",
-                    if i == 0 { "why" } else { "" },
+                    if i == 0 { "statistics" } else { "" },
                     reason.group,
                     100.0 * reason.share_beyond,
                     reason.p_value
@@ -170,12 +170,18 @@ impl Report {
             writeln!(
                 f,
                 "  {:<11} {}, worst score {:.2}",
-                if i == 0 { "where" } else { "" },
+                if i == 0 || !self.segments[i - 1].reasons.is_empty() {
+                    "where"
+                } else {
+                    ""
+                },
                 self.place(&s.place),
                 s.worst_score.value()
             )?;
-            for reason in &s.reasons {
-                writeln!(f, "                {}", reason.sentence)?;
+            for (i, reason) in s.reasons.iter().enumerate() {
+                let why = if i == 0 { "why" } else { "" };
+                let at = rows(self.log.row_kind, &reason.place);
+                writeln!(f, "  {why:<11} {}, {at}", reason.sentence)?;
             }
         }
         match self.segments.len().saturating_sub(SHOWN) {

@@ -17,10 +17,12 @@
 //! # Ok::<(), dose3::Error>(())
 //! ```
 
+mod grid;
 mod motion;
 mod quantity;
 mod ranges;
 
+pub(crate) use grid::{GRID_SPAN, GRID_STEP, grid};
 pub(crate) use motion::Motion;
 pub use quantity::{Axis, Part, Quantity, Unit};
 pub(crate) use ranges::{Collector, WindowSummary, inner};

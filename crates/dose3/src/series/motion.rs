@@ -7,9 +7,11 @@ use dose3_lie::{Pose, Vector, so3};
 use dose3_ood::statistics::{LinearPredictor, Regressors};
 
 /// A body slower than this (m/s) has no direction of motion.
-const MOVING: f64 = 0.2;
+const MOVING: f64 = 0.5;
 /// Steps before and after a pose that its noise is measured over.
 const NOISE_REACH: usize = 5;
+/// Steps before and after a step that a running median is taken over.
+const MEDIAN_REACH: usize = 3;
 /// Second differences of white noise have a variance of 1 + 4 + 1 of it.
 const NOISE_GAIN: f64 = 6.0;
 /// Steps smaller than this (metres, radians) are none: rounding of f64 stays below it.
@@ -30,8 +32,6 @@ pub(crate) struct Motion {
     left_over: Option<Vec<[f64; 6]>>,
     /// Per step the change of position in the world, metres.
     world: Vec<Vector>,
-    /// Per pose roll, pitch and yaw, radians.
-    angles: Vec<[f64; 3]>,
     /// Per step whether the next step is the same.
     equal: Vec<bool>,
 }
@@ -61,14 +61,6 @@ impl Motion {
             .windows(2)
             .map(|pair| axes * (pair[1].translation - pair[0].translation))
             .collect();
-        let angles = poses
-            .iter()
-            .map(|pose| {
-                let body = axes * pose.rotation * axes.inverse();
-                let (roll, pitch, yaw) = body.euler_angles();
-                [roll, pitch, yaw]
-            })
-            .collect();
         let equal = flat.chunks_exact(6).zip(flat.chunks_exact(6).skip(1));
         let equal = equal.map(|(a, b)| same_step(a, b)).collect();
         Ok(Self {
@@ -76,7 +68,6 @@ impl Motion {
             steps,
             left_over,
             world,
-            angles,
             equal,
         })
     }
@@ -114,6 +105,7 @@ impl Motion {
                 let moving = norm(&s[..3]) * hertz >= MOVING;
                 moving.then(|| s[2].atan2(norm(&s[..2])))
             })),
+            Quantity::Jump(part) => column.extend(self.jumps(part)),
             Quantity::Repeats(part) => {
                 let still = |s: &[f64; 6]| match part {
                     Part::Position => norm(&s[..3]) < NO_STEP,
@@ -132,6 +124,34 @@ impl Motion {
             Quantity::Frozen(axis) => column.extend(self.frozen(axis)),
         }
         column
+    }
+
+    /// As [`Motion::column`], as windows are compared by it.
+    pub fn compared(&self, quantity: Quantity) -> Vec<Option<f64>> {
+        let column = self.column(quantity);
+        match quantity.is_smoothed() {
+            true => running_median(&column),
+            false => column,
+        }
+    }
+
+    fn jumps(&self, part: Part) -> Vec<Option<f64>> {
+        let from = match part {
+            Part::Position => 0,
+            Part::Attitude => 3,
+        };
+        let mut squares = vec![0.0; self.steps.len()];
+        for axis in from..from + 3 {
+            let series: Vec<Option<f64>> = self.steps.iter().map(|s| Some(s[axis])).collect();
+            let usual = running_median(&series);
+            for ((square, step), usual) in squares.iter_mut().zip(&self.steps).zip(usual) {
+                *square += (step[axis] - usual.unwrap_or(0.0)).powi(2);
+            }
+        }
+        squares
+            .into_iter()
+            .map(|square| Some(square.sqrt()))
+            .collect()
     }
 
     /// Lengths in seconds of the runs of `true` up to each step; `None` neither goes on nor ends a run.
@@ -154,10 +174,7 @@ impl Motion {
         let steps = self.world.iter().enumerate().map(|(i, world)| {
             let change = match axis {
                 Axis::Forward | Axis::Left | Axis::Up => world[axis as usize],
-                Axis::Roll | Axis::Pitch | Axis::Yaw => {
-                    let angle = axis as usize - 3;
-                    self.angles[i + 1][angle] - self.angles[i][angle]
-                }
+                Axis::Roll | Axis::Pitch | Axis::Yaw => self.steps[i][axis as usize],
             };
             match change.abs() < NO_STEP {
                 true => moves(world).then_some(true),
@@ -184,6 +201,22 @@ impl Motion {
             })
             .collect()
     }
+}
+
+/// The median of each pose with a value and the values of three poses on both sides.
+fn running_median(column: &[Option<f64>]) -> Vec<Option<f64>> {
+    let mut near = Vec::with_capacity(2 * MEDIAN_REACH + 1);
+    (0..column.len())
+        .map(|i| {
+            column[i]?;
+            near.clear();
+            let from = i.saturating_sub(MEDIAN_REACH);
+            let to = (i + MEDIAN_REACH + 1).min(column.len());
+            near.extend(column[from..to].iter().flatten());
+            near.sort_by(f64::total_cmp);
+            Some(near[near.len() / 2])
+        })
+        .collect()
 }
 
 fn half_way(step: &[f64]) -> [f64; 6] {
@@ -243,7 +276,7 @@ mod tests {
         assert!(last(Quantity::Sideslip).abs() < 1e-9);
         assert!((last(Quantity::Climb) - 0.1_f64.atan()).abs() < 1e-4);
         assert!(last(Quantity::Noise(Axis::Up)) < 1e-9);
-        // Roll and pitch are zero all the time, yaw is not.
+        // The body turns about its up axis only.
         assert!((last(Quantity::Frozen(Axis::Roll)) - 3.9).abs() < 1e-9);
         assert_eq!(last(Quantity::Frozen(Axis::Yaw)), 0.0);
         assert_eq!(last(Quantity::Frozen(Axis::Up)), 0.0);
@@ -272,6 +305,19 @@ mod tests {
         assert_eq!(steady[14], Some(0.0));
         assert!((steady[30].unwrap() - 0.9).abs() < 1e-12, "{:?}", steady);
         assert_eq!(steady[31], Some(0.0));
+    }
+
+    #[test]
+    fn a_jump_is_a_single_step_and_no_speed() {
+        let mut poses = helix(40);
+        poses[20..].iter_mut().for_each(|p| p.translation.z += 2.0);
+        let jumps = of(&poses, Quantity::Jump(Part::Position));
+        assert!((jumps[20].unwrap() - 2.0).abs() < 1e-3);
+        assert!(jumps[1..].iter().flatten().filter(|j| **j > 1e-2).count() == 1);
+        let motion = Motion::new(&poses, Frame::BodyFlu, 10.0, None).unwrap();
+        let up = Quantity::Velocity(Axis::Up);
+        assert!(motion.column(up)[20].unwrap() > 20.0);
+        assert!(motion.compared(up)[20].unwrap() < 0.2);
     }
 
     #[test]

@@ -54,16 +54,18 @@ pub enum Quantity {
     /// Turn rate about any axis, rad/s.
     Turning,
     /// Direction of the motion against where the body points, positive to the left, rad; only where it moves at
-    /// 0.2 m/s or more.
+    /// 0.5 m/s or more.
     Sideslip,
     /// The same upward.
     Climb,
+    /// How far the step goes from the steps around it, the running median of seven: m, rad.
+    Jump(Part),
     /// How long it has been the same to the last digit (a nanometre, a nanoradian), s.
     Repeats(Part),
     /// How long all steps have been equal, s: poses on a straight line between two others.
     Steady,
-    /// How long a coordinate of the position in the world (forward, left, up by the convention of the body's axes) or an
-    /// angle of the attitude (roll, pitch, yaw against the world) has been the same while the body moved, s.
+    /// How long a coordinate of the position in the world (forward, left, up by the convention of the body's axes) has
+    /// been the same, or the body has not turned about an axis, while it moved, s.
     Frozen(Axis),
 }
 
@@ -143,6 +145,8 @@ impl Quantity {
             Self::Turning,
             Self::Sideslip,
             Self::Climb,
+            Self::Jump(Part::Position),
+            Self::Jump(Part::Attitude),
             Self::Repeats(Part::Position),
             Self::Repeats(Part::Attitude),
             Self::Steady,
@@ -151,6 +155,20 @@ impl Quantity {
             .into_iter()
             .flat_map(|quantity| Axis::ALL.map(quantity));
         of_axes.chain(single).chain(Axis::ALL.map(Self::Frozen))
+    }
+
+    /// Whether windows are compared by its running median over seven poses, so that single poses, which are jumps and
+    /// noise, do not count.
+    pub(crate) fn is_smoothed(self) -> bool {
+        matches!(
+            self,
+            Self::Velocity(_)
+                | Self::Unexplained(_)
+                | Self::Speed
+                | Self::Turning
+                | Self::Sideslip
+                | Self::Climb
+        )
     }
 
     /// The axis that it is of.
@@ -180,7 +198,8 @@ impl Quantity {
             }
             Self::Acceleration(_) => Unit::MetrePerSecondSquared,
             Self::Turning => Unit::RadianPerSecond,
-            Self::Sideslip | Self::Climb => Unit::Radian,
+            Self::Jump(Part::Position) => Unit::Metre,
+            Self::Sideslip | Self::Climb | Self::Jump(Part::Attitude) => Unit::Radian,
             Self::Repeats(_) | Self::Steady | Self::Frozen(_) => Unit::Second,
         }
     }
@@ -219,6 +238,8 @@ impl Quantity {
             Self::Sideslip => "direction of motion in the x-y plane".to_owned(),
             Self::Climb if named_axes => "climb against the nose".to_owned(),
             Self::Climb => "direction of motion towards z".to_owned(),
+            Self::Jump(Part::Position) => "jump of position".to_owned(),
+            Self::Jump(Part::Attitude) => "jump of attitude".to_owned(),
             Self::Repeats(Part::Position) => "time without change of position".to_owned(),
             Self::Repeats(Part::Attitude) => "time without change of attitude".to_owned(),
             Self::Steady => "time of equal steps".to_owned(),
@@ -275,6 +296,8 @@ impl fmt::Display for Quantity {
             Self::Noise(axis) => ("noise", axis.name()),
             Self::Unexplained(axis) => ("unexplained", axis.name()),
             Self::Frozen(axis) => ("frozen", axis.name()),
+            Self::Jump(Part::Position) => ("jump", "position"),
+            Self::Jump(Part::Attitude) => ("jump", "attitude"),
             Self::Repeats(Part::Position) => ("repeats", "position"),
             Self::Repeats(Part::Attitude) => ("repeats", "attitude"),
             Self::Speed => return f.pad("speed"),

@@ -93,11 +93,13 @@ pub enum Section {
     Whole,
     /// Faults of the calibration all over a log.
     Calibration,
+    /// Whether the sentences about bad stretches name the fault.
+    Reasons,
 }
 
 impl Section {
     /// The sections that [`crate::verdicts`] measures.
-    pub const VERDICTS: [Self; 7] = [
+    pub const VERDICTS: [Self; 8] = [
         Self::Couplings,
         Self::Timing,
         Self::Short,
@@ -105,9 +107,10 @@ impl Section {
         Self::Few,
         Self::Whole,
         Self::Calibration,
+        Self::Reasons,
     ];
 
-    const ALL: [(Self, &str); 13] = [
+    const ALL: [(Self, &str); 14] = [
         (Self::Windows, "windows"),
         (Self::Logs, "logs"),
         (Self::Controls, "controls"),
@@ -121,6 +124,7 @@ impl Section {
         (Self::Few, "few"),
         (Self::Whole, "whole"),
         (Self::Calibration, "calibration"),
+        (Self::Reasons, "reasons"),
     ];
 }
 

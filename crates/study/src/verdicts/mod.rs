@@ -11,6 +11,7 @@ mod nearest;
 mod parts;
 pub(crate) mod pieces;
 pub(crate) mod real;
+mod reasons;
 mod render;
 mod run;
 mod table;
@@ -88,6 +89,15 @@ pub(crate) struct Record {
 /// # Errors
 /// Data that cannot be read, a failing network or fit.
 pub fn faults(options: &Options, of_faults: &FaultOptions, sections: &[Section]) -> Result<()> {
+    let (reasons, sections): (Vec<Section>, Vec<Section>) = sections
+        .iter()
+        .partition(|section| **section == Section::Reasons);
+    if !reasons.is_empty() {
+        reasons::run(options, of_faults)?;
+    }
+    if sections.is_empty() {
+        return Ok(());
+    }
     let start = Start::now(&options.command);
     let mut run = Run::new(options, of_faults)?;
     let (root, sets) = benchmark::load(options, of_faults.part, run.hertz)?;
@@ -104,7 +114,7 @@ pub fn faults(options: &Options, of_faults: &FaultOptions, sections: &[Section])
             .iter()
             .any(|section| !WITHOUT_FITS.contains(section))
         {
-            parts::of_set(&mut run, set, sections, &mut record)?;
+            parts::of_set(&mut run, set, &sections, &mut record)?;
         }
     }
     let vio = match root.filter(|_| sections.contains(&Section::Timing)) {
