@@ -10,20 +10,8 @@ const PLAUSIBLE_HERTZ: std::ops::RangeInclusive<f64> = 0.5..=2000.0;
 pub(crate) const DECIDED: f64 = 2.0;
 /// The same where a header or the habit of a format says otherwise.
 pub(crate) const OVERRULED: f64 = 10.0;
-/// A velocity that wanders less than this in the body frame keeps its direction ...
-const STEADY: f64 = 0.03;
-/// ... and one that wanders more than this does not.
-const WANDERS: f64 = 0.04;
-/// A reading under which the velocity wanders this many times more is the wrong one. In 7200 stretches of 25 to 2000 poses
-/// of real hand-held, flying and driven logs the right order never wandered more than 26 times more than the other; in
-/// drives with w first, read as if it were last, it mostly is 37 to 6000, and less only where they hardly turn.
-const STEADIER: f64 = 30.0;
-/// With fewer steps the direction of the velocity tells nothing.
-const FEWEST_STEPS: usize = 20;
 /// Steps compared along a log.
 const STEPS: usize = 200;
-/// Steps over which a velocity is averaged: short ones, which do not cut the bends of a road.
-const SHORT_STEPS: usize = 1000;
 
 /// What stamps look like.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,48 +86,24 @@ pub(crate) fn makes_a_rate(values: &[f64], unit: StampUnit) -> bool {
     step.is_some_and(|step| PLAUSIBLE_HERTZ.contains(&(10_f64.powi(9 - unit.shift()) / step)))
 }
 
-/// The way from step to step along a log, in the body frame.
-fn body_velocities(positions: &[Vector], rotations: &[Rotation], steps: usize) -> Vec<Vector> {
-    let stride = (positions.len() / steps).max(1);
-    let picked: Vec<usize> = (0..positions.len()).step_by(stride).collect();
-    picked
-        .windows(2)
-        .map(|pair| rotations[pair[0]].inverse() * (positions[pair[1]] - positions[pair[0]]))
-        .collect()
-}
-
 /// How rough a motion is: the change of the body-frame velocity from step to step over its size, 0 for a body that
 /// always moves along its own axes. `None` for a body that stands still.
 ///
 /// Permuting the numbers of a quaternion keeps all angles between poses, so body rates cannot tell the right order;
 /// the direction of motion as the body sees it can.
 pub(crate) fn roughness(positions: &[Vector], rotations: &[Rotation]) -> Option<f64> {
-    let velocities = body_velocities(positions, rotations, STEPS);
+    let stride = (positions.len() / STEPS).max(1);
+    let picked: Vec<usize> = (0..positions.len()).step_by(stride).collect();
+    let velocities: Vec<Vector> = picked
+        .windows(2)
+        .map(|pair| rotations[pair[0]].inverse() * (positions[pair[1]] - positions[pair[0]]))
+        .collect();
     let size: f64 = velocities.iter().map(|v| v.norm()).sum();
     let change: f64 = velocities
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).norm())
         .sum();
     (size > 0.0 && size.is_finite() && velocities.len() > 2).then(|| change / size)
-}
-
-/// How little the velocity keeps its direction in the body frame over a whole log: 0 where it always has the same, 1
-/// where it has none. `None` where the body stands still or the log is short.
-///
-/// A car has 0.0001 to 0.005 in kilometres of road, and 0.04 to 0.9 with the numbers of its quaternions permuted, as soon
-/// as it turns; [`roughness`] differs by a factor of two only.
-pub(crate) fn wandering(positions: &[Vector], rotations: &[Rotation]) -> Option<f64> {
-    let velocities = body_velocities(positions, rotations, SHORT_STEPS);
-    let length: f64 = velocities.iter().map(|v| v.norm()).sum();
-    let sum: Vector = velocities.iter().sum();
-    (length > 0.0 && length.is_finite() && velocities.len() >= FEWEST_STEPS)
-        .then(|| (1.0 - sum.norm() / length).max(0.0))
-}
-
-/// Whether the velocity keeps its direction in the body frame under one reading, and clearly not under the other, which
-/// also says that the body turns. Hands, and cameras that look anywhere, wander under both.
-pub(crate) fn keeps_direction(one: f64, other: f64) -> bool {
-    one < STEADY && other > WANDERS && one * STEADIER < other
 }
 
 /// How many times rougher the motion is under the second reading than under the first.

@@ -10,6 +10,7 @@ mod kitti;
 mod layout;
 mod npy;
 pub(crate) mod numbers;
+mod one_way;
 mod order;
 mod plausible;
 mod robotcar;

@@ -5,6 +5,7 @@ use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::guess::{self, DECIDED, OVERRULED};
 use super::layout::{Layout, Order};
+use super::one_way::OneWay;
 use crate::{Format, ReadOption, Remark, RemarkKind};
 
 /// A quaternion w, x, y, z that turns nothing.
@@ -38,8 +39,8 @@ pub(super) fn quaternion(
     let as_usual: Vec<Rotation> = numbers.iter().map(|q| rotation(*q)).collect();
     let as_other: Vec<Rotation> = numbers.iter().map(|q| rotation(turned(*q))).collect();
     let ratio = guess::preference(positions, &as_usual, &as_other);
-    let wandering = |rotations: &[Rotation]| guess::wandering(positions, rotations);
-    let wandering = wandering(&as_usual).zip(wandering(&as_other));
+    let one_way = |rotations: &[Rotation]| OneWay::new(positions, rotations);
+    let one_way = one_way(&as_usual).zip(one_way(&as_other));
 
     let headed = layout.order == Order::Header;
     let settled = headed || layout.format == Format::Tum;
@@ -63,13 +64,14 @@ pub(super) fn quaternion(
         return (other, remark(text));
     }
     // Files with w last are the many: nothing but a name or the numbers says that one has it first.
-    if let Some((here, there)) = wandering
+    if let Some((here, there)) = one_way
         && last
         && !headed
-        && guess::keeps_direction(there, here)
+        && there.beats(here)
     {
         let text = format!(
-            "quaternions are taken as {that}: so the body moves along one direction of its own (1 - |mean velocity| / mean speed is {there:.4} in the body frame), and not as {this}, which {said} would say ({here:.2})"
+            "quaternions are taken as {that}: so the body moves along one direction of its own (1 - |mean direction| is {:.4} in the body frame), and not as {this}, which {said} would say ({:.2})",
+            there.spread, here.spread
         );
         return (other, remark(text));
     }
@@ -83,11 +85,12 @@ pub(super) fn quaternion(
         );
         return (usual, unsaid(text));
     }
-    if let Some((here, there)) = wandering
-        && guess::keeps_direction(here, there)
+    if let Some((here, there)) = one_way
+        && here.beats(there)
     {
         let text = format!(
-            "quaternions are taken as {this}: so the body moves along one direction of its own (1 - |mean velocity| / mean speed is {here:.4} in the body frame), and not as {that} ({there:.2})"
+            "quaternions are taken as {this}: so the body moves along one direction of its own (1 - |mean direction| is {:.4} in the body frame), and not as {that} ({:.2})",
+            here.spread, there.spread
         );
         return (usual, unsaid(text));
     }
