@@ -22,9 +22,9 @@ impl Place {
     fn new() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name);
-        let logs = write_logs(&at("trusted"), Platform::Vehicle, 9, 700);
+        let logs = write_logs(&at("trusted"), Platform::Vehicle, 15, 700);
         std::fs::create_dir_all(at("sound")).expect("made");
-        for path in &logs[6..] {
+        for path in &logs[12..] {
             std::fs::rename(path, at("sound").join(path.file_name().expect("a name")))
                 .expect("moved");
         }
@@ -138,7 +138,7 @@ fn lines_keep_to_a_narrow_terminal_and_have_no_colours_in_a_pipe() {
 #[test]
 fn forms_for_programs_hold_every_log_in_order() {
     let place = Place::new();
-    let names = ["vehicle_6", "vehicle_7", "vehicle_8", "handheld_0"];
+    let names = ["vehicle_12", "vehicle_13", "vehicle_14", "handheld_0"];
 
     let run = place.score(&["--output", "json", "sound", "broken.txt", "other"]);
     expect_code(&run, 2);
@@ -289,16 +289,16 @@ fn logs_and_lists_come_from_standard_input_too() {
     let run = place.with(
         &["--list", "-"],
         &[],
-        Some(b"other/handheld_0.txt\nsound/vehicle_7.txt\n"),
+        Some(b"other/handheld_0.txt\nsound/vehicle_13.txt\n"),
     );
     expect_code(&run, 1);
     assert_eq!(stdout(&run).lines().count(), 3, "{}", stdout(&run));
     std::fs::write(
         place.at("list.csv"),
-        "path,group\nsound/vehicle_6.txt,a\nsound/gone.txt,b\n",
+        "path,group\nsound/vehicle_12.txt,a\nsound/gone.txt,b\n",
     )
     .expect("written");
-    let run = place.score(&["--list", "list.csv", "sound/vehicle_8.txt"]);
+    let run = place.score(&["--list", "list.csv", "sound/vehicle_14.txt"]);
     expect_code(&run, 2);
     assert!(stderr(&run).contains("gone.txt"), "{}", stderr(&run));
     assert_eq!(stdout(&run).lines().count(), 3, "{}", stdout(&run));
