@@ -112,7 +112,9 @@ def cluster() -> Any:
 
 
 def from_ray(dataset: ray.data.Dataset) -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = pa.concat_tables(ray.get(dataset.to_arrow_refs())).cast(SCHEMA).to_pylist()
+    # Blocks without a row have no columns.
+    blocks = [block.cast(SCHEMA) for block in ray.get(dataset.to_arrow_refs()) if len(block) > 0]
+    rows: list[dict[str, Any]] = pa.concat_tables(blocks).to_pylist()
     return rows
 
 
