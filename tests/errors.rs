@@ -158,7 +158,7 @@ fn a_motion_model_refuses_what_does_not_fit_and_names_the_flag() {
     let slow = log("slow.txt", 5.0, 300);
     refused(
         ["score", "--detector", &out, "--frame", "body-flu", &slow],
-        &["5.0000 Hz", "that of its stamps", "train --resample 5"],
+        &["5.0000 Hz", "that of its stamps", "fit --resample 5"],
     );
     // A faster log is interpolated down, and the output says so.
     let fast = log("fast.txt", 100.0, 2000);

@@ -58,12 +58,6 @@ fn the_first_sentence_names_kind_and_axis() {
             &[ReasonAxis::Forward],
             "path runs backwards at",
         ),
-        (
-            "bridged-gap:2.0s",
-            ReasonKind::Interpolated,
-            &[ReasonAxis::Pose],
-            "as interpolated ones do",
-        ),
     ] {
         let (_, segment) = worst(&detector, fault);
         let said = segment

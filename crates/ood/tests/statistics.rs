@@ -51,6 +51,7 @@ fn every_statistic_has_as_many_names_as_values_and_they_differ() {
         }),
         increments: Some(&increments),
         linear: Some(&predictor),
+        joint: None,
     };
     let sizes = [24, 12, 6, 6, 1, 36, 72, 36, 36, 24, 36, 36, 36, 28];
     for (statistic, size) in Statistic::ALL.into_iter().zip(sizes) {
