@@ -4,6 +4,8 @@
 //! recordings are read back where `DOSE3_PYTHON` (else python3) has the packages mcap and mcap-protobuf-support; else a
 //! line says that they were not.
 
+#![allow(clippy::print_stderr)] // says what was not run
+
 mod common;
 
 use common::{dose3, expect_code, stderr, stdout};

@@ -25,7 +25,7 @@ pub trait Progress {
         let _ = row;
     }
 
-    /// Whether the computation should end here, with [`Error::Stopped`](crate::Error::Stopped). Asked after each
+    /// Whether the computation should end here, with [`crate::Error::Stopped`]. Asked after each
     /// window and each training step.
     fn stop(&mut self) -> bool {
         false

@@ -67,8 +67,8 @@ fn explains(said: &Candidate, other: &Candidate) -> bool {
             said.axis == other.axis || other.axis == ReasonAxis::Position
         }
         (Velocity, Velocity) => {
-            matches!(other.axis, ReasonAxis::Position | ReasonAxis::Attitude) && family
-                || matches!(said.axis, ReasonAxis::Position | ReasonAxis::Attitude) && family
+            let whole = |axis| matches!(axis, ReasonAxis::Position | ReasonAxis::Attitude);
+            family && (whole(other.axis) || whole(said.axis))
         }
         (Velocity | Direction | Backwards, Acceleration | Coupling) => family,
         (Backwards, Velocity | Direction | Smooth) => family,

@@ -290,12 +290,11 @@ mod tests {
     #[test]
     fn repeats_and_interpolated_poses_are_counted() {
         let mut poses = helix(40);
-        for i in 11..=14 {
-            poses[i] = poses[10];
-        }
+        let still = poses[10];
+        poses[11..=14].fill(still);
         let (a, b) = (poses[20], poses[30]);
-        for i in 21..30 {
-            poses[i] = dose3_lie::se3::interpolate(&a, &b, (i - 20) as f64 / 10.0);
+        for (step, pose) in poses[21..30].iter_mut().enumerate() {
+            *pose = dose3_lie::se3::interpolate(&a, &b, (step + 1) as f64 / 10.0);
         }
         let still = of(&poses, Quantity::Repeats(Part::Position));
         assert_eq!(still[10], Some(0.0));
