@@ -4,6 +4,8 @@ mod common;
 
 use common::{expect_code, stderr, stdout, write_logs};
 use dose3_datasets::synthetic::Platform;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::{Field, ListAccessor, Row, RowAccessor};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -277,6 +279,79 @@ fn files_of_results_are_written_beside_the_table_and_replace_only_their_kind() {
     expect_code(&run, 2);
     assert!(stderr(&run).contains(".jsonl"), "{}", stderr(&run));
     expect_code(&place.score(&["sound", "--out", "log.csv", "--force"]), 0);
+}
+
+#[test]
+fn a_parquet_file_has_a_row_for_each_log() {
+    let place = Place::new();
+    let logs = ["sound", "broken.txt", "other"];
+    let run = place.score(&[&logs[..], &["--json", "--out", "deep/r.parquet"]].concat());
+    expect_code(&run, 2);
+    let json: serde_json::Value = serde_json::from_str(&stdout(&run)).expect("JSON");
+    let file = std::fs::File::open(place.at("deep/r.parquet")).expect("a file");
+    let reader = SerializedFileReader::new(file).expect("Parquet");
+    let rows = reader.get_row_iter(None).expect("rows");
+    let rows: Vec<Row> = rows.map(|row| row.expect("a row")).collect();
+    let column = |row: &Row, name: &str| {
+        let place = row.get_column_iter().position(|(found, _)| found == name);
+        place.expect("a column")
+    };
+    let text_of =
+        |row: &Row, name: &str| row.get_string(column(row, name)).expect("a text").clone();
+    let number_of = |row: &Row, name: &str| row.get_double(column(row, name)).expect("a number");
+
+    assert_eq!(rows.len(), 5);
+    let (broken, judged): (Vec<&Row>, Vec<&Row>) = rows
+        .iter()
+        .partition(|row| text_of(row, "verdict") == "error");
+    let at = rows.iter().position(|row| std::ptr::eq(row, broken[0]));
+    assert_eq!((broken.len(), at), (1, Some(3)));
+    assert_eq!(text_of(broken[0], "path"), "broken.txt");
+    assert_eq!(json["errors"][0]["error"], text_of(broken[0], "error"));
+    for name in ["log", "chance", "score", "windows"] {
+        assert!(
+            broken[0]
+                .get_column_iter()
+                .any(|(n, field)| n == name && *field == Field::Null)
+        );
+    }
+    for (row, log) in judged.iter().zip(json["logs"].as_array().expect("logs")) {
+        let evidence = &log["evidence"];
+        assert_eq!(log["log"]["name"], text_of(row, "log"));
+        assert_eq!(log["log"]["path"], text_of(row, "path"));
+        assert_eq!(log["verdict"], text_of(row, "verdict"));
+        assert_eq!(evidence["p_value"], number_of(row, "chance"));
+        assert_eq!(evidence["mean_score"], number_of(row, "score"));
+        assert_eq!(evidence["threshold"], number_of(row, "threshold"));
+        let windows = row.get_long(column(row, "windows")).expect("a count");
+        assert_eq!(
+            log["windows"].as_array().map(Vec::len),
+            usize::try_from(windows).ok()
+        );
+        assert_eq!(text_of(row, "dose3_version"), env!("CARGO_PKG_VERSION"));
+        let stretches = row.get_list(column(row, "stretches")).expect("a list");
+        let segments = log["segments"].as_array().expect("segments");
+        assert_eq!(stretches.len(), segments.len());
+        for (i, segment) in segments.iter().enumerate() {
+            let stretch = stretches.get_group(i).expect("a stretch");
+            assert_eq!(segment["first_row"], stretch.get_long(0).expect("a row"));
+            assert_eq!(segment["last_row"], stretch.get_long(1).expect("a row"));
+            assert_eq!(
+                segment["worst_score"],
+                stretch.get_double(4).expect("a score")
+            );
+        }
+        let reasons = row.get_list(column(row, "reasons")).expect("a list");
+        assert_eq!(log["reasons"].as_array().map(Vec::len), Some(reasons.len()));
+    }
+    let called = judged.last().expect("a log");
+    assert_eq!(text_of(called, "verdict"), "out-of-distribution");
+    assert!(
+        !called
+            .get_list(column(called, "stretches"))
+            .expect("a list")
+            .is_empty()
+    );
 }
 
 #[test]

@@ -60,14 +60,11 @@ class Package:
         import dose3
 
         loaded = dose3.Detector.load(detector)
-        options = {"alarms_per_hour": alarms_per_hour, "windows": True}
-        if frame:
-            options["frame"] = frame
-        self.stream = loaded.stream(**options)
+        self.stream = loaded.stream(frame, alarms_per_hour=alarms_per_hour)
         self.waiting = []
 
     def push(self, stamp_ns, position, orientation):
-        self.waiting.extend(self.stream.push(int(stamp_ns), position, orientation))
+        self.waiting.extend(self.stream.push(int(stamp_ns), (position, orientation)))
 
     def said(self):
         said, self.waiting = self.waiting, []

@@ -149,7 +149,7 @@ def test_a_model_is_trained_and_used(trusted: list[dose3.Trajectory], tmp_path: 
 
 def test_a_stream_says_what_a_judgement_says(detector: dose3.Detector) -> None:
     log = dose3.synthetic("vehicle", seed=20, poses=600, rate=10.0)
-    live = detector.stream("body-flu", rate=10.0)
+    live = detector.stream(rate=10.0)
     said = list(live.judge(log))
     windows = {one["first_stamp_ns"]: one["score"] for one in said if one["kind"] == "window" and one["in_verdict"]}
     expected = {one["first_stamp_ns"]: one["score"] for one in detector.judge(log).windows}
@@ -159,6 +159,10 @@ def test_a_stream_says_what_a_judgement_says(detector: dose3.Detector) -> None:
     seven = np.hstack([log.positions, log.quaternions])
     again = [one for stamp, pose in zip(log.stamps * 1e-9, seven, strict=True) for one in live.push(stamp, pose)]
     assert abs(len(again) - len(said)) <= 2
+    live.reset()
+    poses = zip(log.stamps.tolist(), zip(log.positions, log.quaternions, strict=True), strict=True)
+    pairs = [one for stamp, pose in poses for one in live.push(stamp, pose)]
+    assert len(pairs) == len(again)
     bad = live.push(0, [float("nan")] * 7)
     assert [one["kind"] for one in bad] == ["event"]
     with pytest.raises(ValueError, match="seven numbers"):

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 
 import dose3
@@ -42,6 +43,29 @@ def test_ctrl_c_ends_a_long_call(call: str) -> None:
     child.send_signal(signal.SIGINT)
     out, _ = child.communicate(timeout=120)
     assert (child.returncode, out.strip()) == (7, "interrupted")
+
+
+def test_other_threads_go_on_while_one_fits(trusted: list[dose3.Trajectory]) -> None:
+    """The main thread lets the other one run at each turn, and gets a turn only where that one lets go of the lock."""
+    turns, seen = 0, []
+
+    def fit() -> None:
+        seen.append(turns)
+        dose3.Detector.fit(trusted)
+        seen.append(turns)
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1000.0)
+    try:
+        thread = threading.Thread(target=fit)
+        thread.start()
+        while thread.is_alive():
+            turns += 1
+            time.sleep(0)
+        thread.join()
+    finally:
+        sys.setswitchinterval(interval)
+    assert seen[1] > seen[0]
 
 
 def test_what_a_listener_raises_ends_the_call(trusted: list[dose3.Trajectory]) -> None:

@@ -300,7 +300,7 @@ class Detector:
 
     def stream(
         self,
-        frame: Frame,
+        frame: Frame | None = None,
         *,
         alarms_per_hour: float = 1.0,
         every: int | None = None,
@@ -314,7 +314,7 @@ class Detector:
         Parameters
         ----------
         frame
-            What the axes of the body are.
+            What the axes of the body are; those of the trusted logs where None.
         alarms_per_hour
             False alarms an hour that are allowed on logs like the trusted ones, above 0 and at most 60.
         every
@@ -342,7 +342,7 @@ class Detector:
             "reset": reset,
             "windows": windows,
         }
-        return Stream._of_native(self._native.stream(frame, settings))
+        return Stream._of_native(self._native.stream(frame or self.frame, settings))
 
     def decision_function(
         self, logs: Iterable[Any] | PathLike, *, threads: int = 0, **reading: Unpack[Reading]

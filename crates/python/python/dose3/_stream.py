@@ -50,7 +50,8 @@ class Stream:
         stamp
             Nanoseconds where it is an integer, seconds where it is a float.
         pose
-            x, y, z in metres and the quaternion x, y, z, w; or a matrix ``(4, 4)`` or ``(3, 4)``.
+            x, y, z in metres and the quaternion x, y, z, w: seven numbers, or a tuple of a position and a quaternion; or a
+            matrix ``(4, 4)`` or ``(3, 4)``.
 
         Returns
         -------
@@ -58,6 +59,8 @@ class Stream:
             What there is to say, mostly nothing. Bad poses are left out and said; they are no errors.
         """
         ns = round(stamp * 1e9) if isinstance(stamp, float) else int(stamp)
+        if isinstance(pose, tuple) and list(map(len, pose)) == [3, 4]:
+            pose = [*pose[0], *pose[1]]
         if len(pose) == 7:
             x, y, z, *quaternion = map(float, pose)
             return _parsed(self._native.push(ns, [x, y, z], quaternion))
