@@ -81,10 +81,10 @@ pub enum Error {
         /// What the reader of JSON said.
         reason: serde_json::Error,
     },
-    /// Parts of a file that contradict each other.
+    /// Parts of a file or a report that contradict each other.
     #[error("the {what} is not sound: {reason}")]
     Unsound {
-        /// `model` or `detector`.
+        /// `model`, `detector` or `report`.
         what: &'static str,
         /// What contradicts what.
         reason: String,

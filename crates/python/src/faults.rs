@@ -44,16 +44,22 @@ fn middle(log: &dose3::Trajectory) -> Range<usize> {
     longest.start + quarter..longest.end - quarter
 }
 
+/// Poses that a machine has memory for.
+const MOST_POSES: usize = 10_000_000;
+/// Rates of poses that the motion of these bodies can be followed at, hertz.
+const LEAST_RATE: f64 = 0.1;
+const MOST_RATE: f64 = 10_000.0;
+
 /// A log that nobody recorded: a vehicle, a hand-held object or a drone.
 #[pyfunction]
 pub fn synthetic(platform: &str, seed: u64, poses: usize, rate: f64) -> PyResult<Trajectory> {
     let platform: Platform = parsed("platform", platform)?;
-    if poses < 2 {
-        let found = format!("poses is {poses}, expected at least 2");
+    if !(2..=MOST_POSES).contains(&poses) {
+        let found = format!("poses is {poses}, expected 2 to {MOST_POSES}");
         return Err(PyValueError::new_err(found));
     }
-    if !(rate.is_finite() && rate > 0.0) {
-        let found = format!("rate is {rate}, expected a positive number of hertz");
+    if !(LEAST_RATE..=MOST_RATE).contains(&rate) {
+        let found = format!("rate is {rate}, expected {LEAST_RATE} to {MOST_RATE} hertz");
         return Err(PyValueError::new_err(found));
     }
     guarded(|| Ok(Trajectory::new(trajectory(platform, seed, poses, rate))))

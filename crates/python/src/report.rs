@@ -29,9 +29,7 @@ impl Report {
     /// From the JSON that the program or `to_json` wrote.
     #[staticmethod]
     fn from_json(text: &str) -> PyResult<Self> {
-        let report = serde_json::from_str(text);
-        let report = report.map_err(|e| Error::new_err(format!("not a report of a log: {e}")))?;
-        Ok(Self::alone(report))
+        Ok(Self::alone(guarded(|| dose3::Report::from_json(text))?))
     }
 
     /// As the program writes it.

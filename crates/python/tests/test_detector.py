@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 import threading
 from pathlib import Path
@@ -36,6 +37,23 @@ def test_a_detector_tells_a_fault_and_comes_back_from_its_file(detector: dose3.D
     assert frozen._repr_html_().startswith("<iframe srcdoc=") and again._repr_html_().startswith("<pre>")
     with pytest.raises(dose3.Error, match="keeps no log"):
         again.to_html()
+
+
+def test_what_a_report_does_not_have_is_refused(detector: dose3.Detector) -> None:
+    report = detector.judge(dose3.synthetic("drone", seed=3, poses=400, rate=10.0)).to_dict()
+    assert str(dose3.Report.from_json(json.dumps(report)))
+    run = report["evidence"]["tests"][0]["evidence"]["run"]
+    for place, name, text in [
+        (report["evidence"], "decided_by", "test 4000000000 decided, of"),
+        (run, "last", "to 4000000000 stick out, of"),
+        (run, "first", "windows 4000000000 to"),
+        (report, "windows", "invalid type"),
+    ]:
+        before = place[name]
+        place[name] = 4_000_000_000
+        with pytest.raises(dose3.Error, match=text):
+            dose3.Report.from_json(json.dumps(report))
+        place[name] = before
 
 
 def test_many_logs_come_in_order_and_a_bad_one_stops_nothing(detector: dose3.Detector, folder: Path) -> None:

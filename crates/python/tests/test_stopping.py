@@ -14,7 +14,9 @@ import dose3
 import pytest
 
 LONG = """
-import dose3, sys
+import dose3, signal, sys
+# A check that runs in the background has its signals ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 logs = [dose3.synthetic("vehicle", seed=s, poses=2000, rate=10.0) for s in range(4)]
 print("ready", flush=True)
 try:

@@ -115,3 +115,9 @@ def test_files_and_their_bytes_are_the_same_log(folder: Path) -> None:
         dose3.load(path, fromat="tum")  # type: ignore[call-arg]
     with pytest.raises(ValueError, match="unknown format `tom`"):
         dose3.load(path, format="tom")
+
+
+@pytest.mark.parametrize("settings", [{"poses": 1}, {"poses": 2**62}, {"rate": 1e-300}, {"rate": float("nan")}])
+def test_logs_that_no_machine_holds_are_refused(settings: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=f"{next(iter(settings))} is"):
+        dose3.synthetic("vehicle", **settings)

@@ -10,8 +10,9 @@ pub use places::{Place, PoseSpan, Segment, WindowReport};
 pub use reason::{Reason, ReasonAxis, ReasonKind};
 
 use crate::detector::WholeFindings;
+use crate::error::{Error, Result};
 use dose3_datasets::{RateSource, RowKind, Trajectory, Window};
-use dose3_ood::detector::{Contribution, LogVerdict};
+use dose3_ood::detector::{Contribution, LogVerdict, TestVerdict};
 use dose3_ood::{Score, Verdict};
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +44,37 @@ pub struct Report {
     pub windows: Vec<WindowReport>,
     /// Scores of single poses.
     pub poses: PoseScores,
+}
+
+impl Report {
+    /// The report in its JSON, checked: as text it shows the test that decided and the windows of its run.
+    ///
+    /// # Errors
+    /// [`Error::Unsound`] for other JSON, and for a report that names a test or a window which it does not have.
+    pub fn from_json(text: &str) -> Result<Self> {
+        let unsound = |reason: String| Error::Unsound {
+            what: "report",
+            reason,
+        };
+        let report: Self = serde_json::from_str(text).map_err(|e| unsound(e.to_string()))?;
+        let (tests, windows) = (&report.evidence.tests, report.windows.len());
+        let decided_by = report.evidence.decided_by;
+        if decided_by >= tests.len() {
+            let found = format!("test {decided_by} decided, of {}", tests.len());
+            return Err(unsound(found));
+        }
+        let runs = tests.iter().filter_map(TestVerdict::run);
+        match runs
+            .into_iter()
+            .find(|run| run.first > run.last || run.last >= windows)
+        {
+            Some(run) => Err(unsound(format!(
+                "windows {} to {} stick out, of {windows}",
+                run.first, run.last
+            ))),
+            None => Ok(report),
+        }
+    }
 }
 
 /// What a report says of the log itself.

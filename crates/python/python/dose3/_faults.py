@@ -68,8 +68,13 @@ def synthetic(platform: str, *, seed: int = 0, poses: int = 600, rate: float = 2
     seed
         Seed of its course and of the platform's parameters.
     poses
-        How many poses.
+        How many poses, 2 to 10 million.
     rate
-        Poses a second, hertz.
+        Poses a second, 0.1 to 10,000 hertz.
+
+    Raises
+    ------
+    ValueError
+        Numbers out of range, another platform.
     """
     return Trajectory._of_native(core.synthetic(platform, seed, poses, rate))
