@@ -1,4 +1,4 @@
-"""How Ray scales from one worker to two: `python scaling.py FOLDER 2000`, FOLDER of `make_logs.py`.
+"""How Ray scales from one worker to two: `python scaling.py FOLDER 1280 [BATCH]`, FOLDER of `make_logs.py`.
 
 Workers note when each batch began and ended and what processor time it took, so that starting them is not measured.
 Prints JSON; on a machine with other work, `wall` shows what was left of it and `cpu` what a log costs.
@@ -34,10 +34,10 @@ class Timed(on_ray.Paths):
         return rows
 
 
-def run(folder: Path, logs: int, workers: int) -> dict[str, float]:
+def run(folder: Path, logs: int, batch: int, workers: int) -> dict[str, float]:
     paths = list(islice(cycle(sorted(str(path) for path in (folder / "new").iterdir())), logs))
     with tempfile.TemporaryDirectory() as notes:
-        found = ray.data.from_arrow(pa.table({"path": paths})).repartition(logs // 16)
+        found = ray.data.from_arrow(pa.table({"path": paths})).repartition(logs // batch)
         found.map_batches(
             Timed,
             fn_constructor_kwargs={
@@ -46,7 +46,7 @@ def run(folder: Path, logs: int, workers: int) -> dict[str, float]:
                 "reading": {"frame": "body-flu"},
             },
             batch_format="pyarrow",
-            batch_size=16,
+            batch_size=batch,
             compute=ray.data.ActorPoolStrategy(size=workers),
         ).materialize()
         all_notes = [json.loads(line) for file in Path(notes).iterdir() for line in file.open()]
@@ -57,9 +57,10 @@ def run(folder: Path, logs: int, workers: int) -> dict[str, float]:
 
 if __name__ == "__main__":
     folder, logs = Path(sys.argv[1]), int(sys.argv[2])
+    batch = int(sys.argv[3]) if len(sys.argv) > 3 else on_ray.BATCH
     ray.init(num_cpus=3, include_dashboard=False, logging_level="ERROR")
     before = os.getloadavg()
-    turns = [(run(folder, logs, 1), run(folder, logs, 2)) for _ in range(3)]
+    turns = [(run(folder, logs, batch, 1), run(folder, logs, batch, 2)) for _ in range(3)]
     wall = sorted(two["logs_per_s"] / one["logs_per_s"] for one, two in turns)
     cpu = sorted(2 * one["cpu_s_per_log"] / two["cpu_s_per_log"] for one, two in turns)
     print(json.dumps({"load": (before, os.getloadavg()), "turns": turns, "wall": wall[1], "cpu": cpu[1]}, indent=2))

@@ -57,6 +57,11 @@ class Stream:
         -------
         list of dict
             What there is to say, mostly nothing. Bad poses are left out and said; they are no errors.
+
+        Raises
+        ------
+        ValueError
+            Numbers of another shape, a stamp in seconds that is not finite.
         """
         ns = round(stamp * 1e9) if isinstance(stamp, float) else int(stamp)
         if isinstance(pose, tuple) and list(map(len, pose)) == [3, 4]:
