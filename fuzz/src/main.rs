@@ -1,5 +1,6 @@
 //! The same altered inputs in every run: `dose3-fuzz [--cases N] [--seed S] [--target NAME] [--seeds FOLDER]`, or
-//! `dose3-fuzz --replay FILE --target NAME`, or `dose3-fuzz --write FOLDER` for the seeds as files.
+//! `dose3-fuzz --replay FILE --target NAME`, or `dose3-fuzz --write FOLDER` for the seeds and dictionaries
+//! as files.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use dose3_fuzz::{Target, check, mutate, target, targets};
@@ -87,6 +88,8 @@ fn run(settings: &Settings) -> Result<usize, String> {
         for target in &settings.targets {
             let folder = folder.join(target.name);
             fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
+            fs::write(folder.with_extension("dict"), dictionary(target))
+                .map_err(|error| error.to_string())?;
             for (index, seed) in (target.seeds)().iter().enumerate() {
                 fs::write(folder.join(format!("seed-{index}")), seed)
                     .map_err(|error| error.to_string())?;
@@ -113,6 +116,13 @@ fn run(settings: &Settings) -> Result<usize, String> {
         finds += search(target, settings, &extra);
     }
     Ok(finds)
+}
+
+/// The words of a target as libFuzzer takes them.
+fn dictionary(target: &Target) -> String {
+    let byte = |byte: &u8| format!("\\x{byte:02x}");
+    let word = |word: &&[u8]| format!("\"{}\"\n", word.iter().map(byte).collect::<String>());
+    target.dictionary.iter().map(word).collect()
 }
 
 /// All files below a folder, sorted by path.

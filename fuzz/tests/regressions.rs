@@ -1,7 +1,20 @@
 //! Inputs that broke something once: `regressions/TARGET-WHAT`.
 
+use dose3::Model;
+use dose3_fuzz::seeds;
 use dose3_fuzz::{check, targets};
 use std::fs;
+
+#[test]
+fn seeds_are_accepted() {
+    for state in seeds::streams::states() {
+        let state = serde_json::from_slice(&state).unwrap();
+        assert!(seeds::streams::MONITOR.resume(state).is_ok());
+    }
+    let files = seeds::models::files();
+    assert!(Model::from_bytes(&files[0]).is_ok() && Model::from_bytes(&files[2]).is_ok());
+    assert!(dose3::joint::JointModel::from_bytes(&files[1]).is_ok());
+}
 
 #[test]
 fn what_broke_once_holds() {

@@ -24,36 +24,53 @@ pub struct Row {
 /// A list that cannot be read, without a row, with an empty path; a first line that is neither a header with the column
 /// `path` nor the path of something that is there.
 pub fn rows(list: &Path) -> Result<Vec<Row>> {
-    let shown = list.display();
-    let context = || format!("cannot read the list {shown}");
-    let mut text = String::new();
+    let mut bytes = Vec::new();
     let (read, folder) = match list == Path::new("-") {
         true => (
-            std::io::stdin().lock().read_to_string(&mut text),
+            std::io::stdin().lock().read_to_end(&mut bytes),
             Path::new(""),
         ),
         false => {
             let folder = list.parent().unwrap_or(Path::new(""));
             let file = std::fs::File::open(list);
             (
-                file.and_then(|mut file| file.read_to_string(&mut text)),
+                file.and_then(|mut file| file.read_to_end(&mut bytes)),
                 folder,
             )
         }
     };
-    read.with_context(context)?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    read.with_context(|| format!("cannot read the list {}", list.display()))?;
+    parse(list, &bytes, folder, Path::exists)
+}
+
+/// The logs that the content of a list names, their paths behind `folder`; `is_there` says whether a path is that of
+/// something. Paths need not be text: where the system takes any bytes for a name, so does a list.
+///
+/// # Errors
+/// As [`rows`], but for reading it.
+pub fn parse(
+    list: &Path,
+    bytes: &[u8],
+    folder: &Path,
+    is_there: impl Fn(&Path) -> bool,
+) -> Result<Vec<Row>> {
+    let shown = list.display();
+    let context = || format!("cannot read the list {shown}");
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let header = reader.headers().with_context(context)?.clone();
-    let column = |name: &str| header.iter().position(|h| h.eq_ignore_ascii_case(name));
+        .from_reader(bytes);
+    let header = reader.byte_headers().with_context(context)?.clone();
+    let column = |name: &str| {
+        let mut names = header.iter();
+        names.position(|h| h.eq_ignore_ascii_case(name.as_bytes()))
+    };
     let Some(path) = column("path") else {
-        return plain(list, text, folder);
+        return plain(list, bytes, folder, is_there);
     };
     let group = column("group");
     let mut rows = Vec::new();
-    for record in reader.records() {
+    for record in reader.byte_records() {
         let record = record.with_context(context)?;
         let line = record.position().map_or(0, csv::Position::line);
         let file = record.get(path).unwrap_or_default();
@@ -63,8 +80,8 @@ pub fn rows(list: &Path) -> Result<Vec<Row>> {
         let group = group.and_then(|g| record.get(g)).filter(|g| !g.is_empty());
         rows.push(Row {
             line,
-            path: folder.join(file),
-            group: group.map(str::to_owned),
+            path: folder.join(of_bytes(file)),
+            group: group.map(|g| String::from_utf8_lossy(g).into_owned()),
         });
     }
     if rows.is_empty() {
@@ -74,13 +91,19 @@ pub fn rows(list: &Path) -> Result<Vec<Row>> {
 }
 
 /// A list with one path a line.
-fn plain(list: &Path, text: &str, folder: &Path) -> Result<Vec<Row>> {
-    let lines = (1..).zip(text.lines().map(str::trim));
+fn plain(
+    list: &Path,
+    bytes: &[u8],
+    folder: &Path,
+    is_there: impl Fn(&Path) -> bool,
+) -> Result<Vec<Row>> {
+    let lines = (1..).zip(bytes.split(|byte| *byte == b'\n'));
     let rows: Vec<Row> = lines
+        .map(|(line, file)| (line, file.trim_ascii()))
         .filter(|(_, file)| !file.is_empty())
         .map(|(line, file)| Row {
             line,
-            path: folder.join(file),
+            path: folder.join(of_bytes(file)),
             group: None,
         })
         .collect();
@@ -88,16 +111,30 @@ fn plain(list: &Path, text: &str, folder: &Path) -> Result<Vec<Row>> {
         bail!("{}: the list names no log", list.display());
     };
     // A log that is gone is an error of its own; where none is there this is no list.
-    if !rows.iter().any(|row| row.path.exists()) {
-        let found = text.lines().find(|line| !line.trim().is_empty());
+    if !rows.iter().any(|row| is_there(&row.path)) {
+        let line = bytes
+            .split(|byte| *byte == b'\n')
+            .nth(first.line as usize - 1);
         bail!(
             "{}:{}: expected a column `path` or the path of a log, found {}",
             list.display(),
             first.line,
-            found.unwrap_or_default()
+            String::from_utf8_lossy(line.unwrap_or_default().trim_ascii())
         );
     }
     Ok(rows)
+}
+
+#[cfg(unix)]
+fn of_bytes(path: &[u8]) -> PathBuf {
+    use std::os::unix::ffi::OsStrExt;
+    std::ffi::OsStr::from_bytes(path).into()
+}
+
+/// Where names are text.
+#[cfg(not(unix))]
+fn of_bytes(path: &[u8]) -> PathBuf {
+    String::from_utf8_lossy(path).into_owned().into()
 }
 
 /// Reads every log of the list. Logs of a row with a group belong to it.
@@ -154,6 +191,12 @@ mod tests {
                 (3, folder.path().join("b.txt"))
             ]
         );
+        #[cfg(unix)]
+        for list in [&b"\xff.txt\n"[..], b"path\n\xff.txt\n"] {
+            use std::os::unix::ffi::OsStrExt;
+            let rows = super::parse("list".as_ref(), list, "".as_ref(), |_| true).unwrap();
+            assert_eq!(rows[0].path.as_os_str().as_bytes(), b"\xff.txt");
+        }
         for (text, expected) in [
             (
                 "file\nc.txt\n",

@@ -1,11 +1,8 @@
 //! The `dose3` program: results to standard output, words to standard error, exit code 0 (in
 //! distribution, or done), 1 (a log is out of distribution), 2 (an error).
 
-mod args;
-mod command_line;
 mod commands;
 mod explain;
-mod list;
 mod ordered;
 mod output_file;
 mod per_log;
@@ -15,6 +12,7 @@ mod schema;
 mod terminal;
 
 use clap::Parser;
+use dose3_cli::{args, command_line, list, pose_line};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

@@ -202,6 +202,27 @@ fn folders_of_several_files_are_one_recording() {
     assert_eq!((log.name.as_str(), log.format), ("bag", Format::Rosbag2));
     let found = survey(folder.path(), &LoadOptions::default()).unwrap();
     assert_eq!((found.logs, found.ignored.len()), (vec![bag.clone()], 0));
+    // Files elsewhere are none of it.
+    fs::write(folder.path().join("other.db3"), "").unwrap();
+    let other = folder.path().join("other.db3").display().to_string();
+    for name in ["../other.db3", "/dev/zero", "sub/../../other.db3", &other] {
+        fs::write(
+            bag.join("metadata.yaml"),
+            metadata.replace("bag_0.db3", name),
+        )
+        .unwrap();
+        let refused = load(&bag, &LoadOptions::default()).unwrap_err().to_string();
+        assert!(
+            refused.contains("in the folder of the recording"),
+            "{refused}"
+        );
+    }
+    fs::write(
+        bag.join("metadata.yaml"),
+        metadata.replace("bag_0", "./bag_0"),
+    )
+    .unwrap();
+    assert!(load(&bag, &LoadOptions::default()).is_ok());
     fs::remove_file(bag.join("bag_1.mcap")).unwrap();
     assert!(
         load(&bag, &LoadOptions::default())

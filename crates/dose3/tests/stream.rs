@@ -1,8 +1,10 @@
 //! Streams say what verdicts say, to the last bit, and survive what robots send.
 
-use dose3::stream::{AlarmKind, EventKind, Monitor, Said, Stream, StreamOptions, StreamState};
+use dose3::stream::{
+    AlarmKind, EventKind, Fault, Monitor, Said, Stream, StreamOptions, StreamState,
+};
 use dose3::{Detector, FitOptions, Frame, Pose, Trajectory};
-use dose3_datasets::faults::Fault;
+use dose3_datasets::faults::Fault as Injected;
 use dose3_datasets::synthetic::{Platform, suite, trajectory};
 use std::sync::{Arc, OnceLock};
 
@@ -117,7 +119,7 @@ fn networks_and_the_paper_s_windows_say_what_verdicts_say() {
 fn a_stream_that_was_put_away_goes_on_to_the_last_bit() {
     let monitor = monitor();
     let sound = trajectory(Platform::Vehicle, 23, 1600, 20.0);
-    let log = Fault::Freeze { seconds: 2.0 }.apply(&sound, 900..1300, 3);
+    let log = Injected::Freeze { seconds: 2.0 }.apply(&sound, 900..1300, 3);
     let log = log.unwrap();
     let whole = all_said(&mut monitor.stream(log.frame).unwrap(), &log);
     assert!(!alarms(&whole).is_empty());
@@ -135,6 +137,18 @@ fn a_stream_that_was_put_away_goes_on_to_the_last_bit() {
     said.extend_from_slice(stream.finish().unwrap());
     assert_eq!(said, whole);
 
+    let mut halfway = monitor.stream(log.frame).unwrap();
+    for (stamp, pose) in log.stamps.iter().zip(&log.poses).take(700) {
+        halfway.push(*stamp, *pose).unwrap();
+    }
+    for (what, alter) in ALTERED {
+        let mut state = serde_json::to_value(halfway.state()).unwrap();
+        alter(&mut state);
+        // What is no state at all is refused even earlier.
+        let resumed = serde_json::from_value(state).map(|state| monitor.resume(state).is_ok());
+        assert!(!matches!(resumed, Ok(true)), "{what}");
+    }
+
     // It belongs to its monitor.
     let other = default_detector().monitor(&StreamOptions {
         alarms_per_hour: 0.5,
@@ -143,6 +157,56 @@ fn a_stream_that_was_put_away_goes_on_to_the_last_bit() {
     let refused = other.unwrap().resume(stream.state());
     let refused = refused.err().unwrap().to_string();
     assert!(refused.contains("other options"), "{refused}");
+}
+
+type Alter = fn(&mut serde_json::Value);
+
+/// States that would hang, panic or count wrongly.
+const ALTERED: [(&str, Alter); 9] = [
+    ("no time between samples", |s| {
+        s["sampler"]["period"] = 0.0.into()
+    }),
+    ("samples that are long due", |s| {
+        s["sampler"]["index"] = 0.into();
+    }),
+    ("a stretch that begins in another age", |s| {
+        s["sampler"]["first"] = i64::MIN.into();
+    }),
+    ("no rotation", |s| s["ring"]["last"][0] = 17.0.into()),
+    ("a position out of this world", |s| {
+        s["intake"]["last"][1][9] = 1e300.into();
+    }),
+    ("a rate of nothing", |s| {
+        s["intake"]["hertz"] = 1e-300.into()
+    }),
+    ("a count without end", |s| {
+        s["intake"]["pushed"] = u64::MAX.into()
+    }),
+    ("stamps that go back", |s| {
+        s["ring"]["stamps"][0] = i64::MAX.into()
+    }),
+    ("another shape", |s| s["ring"]["steps"] = [1.0].into()),
+];
+
+#[test]
+fn a_clock_that_only_goes_back_is_told_and_nothing_piles_up() {
+    let monitor = monitor();
+    let log = trajectory(Platform::Vehicle, 29, 1000, 20.0);
+    let mut stream = monitor.stream(log.frame).unwrap();
+    let mut said = Vec::new();
+    let second = 1_000_000_000;
+    for (i, pose) in log.poses.iter().enumerate() {
+        said.extend_from_slice(stream.push(-(i as i64) * second, *pose).unwrap());
+    }
+    let back = |k: &&&EventKind| matches!(k, EventKind::ClockBack { seconds } if *seconds == 1.0);
+    let kinds = events(&said);
+    assert_eq!(kinds.iter().filter(back).count(), kinds.len());
+    assert!(kinds.len() > 10);
+    let kept = serde_json::to_string(&stream.state()).unwrap();
+    assert!(kept.len() < 20_000, "{}", kept.len());
+    // What comes in order is judged.
+    let said = all_said(&mut stream, &log);
+    assert!(said.iter().any(|s| matches!(s, Said::Window(_))));
 }
 
 #[test]
@@ -276,24 +340,38 @@ fn numbers_beyond_all_measure_are_an_event_and_no_panic() {
             },
         )
         .unwrap();
-    let mut said = Vec::new();
-    for (i, (stamp, pose)) in log.stamps.iter().zip(&log.poses).enumerate() {
-        let mut pose = *pose;
-        if i % 2 == 1 {
-            pose.translation.x = 1e200;
-        } else {
-            pose.translation.x = -1e200;
+    for x in [1e200, 1e9] {
+        let mut said = Vec::new();
+        for (i, (stamp, pose)) in log.stamps.iter().zip(&log.poses).enumerate() {
+            let mut pose = *pose;
+            pose.translation.x = if i % 2 == 1 { x } else { -x };
+            said.extend_from_slice(stream.push(*stamp, pose).unwrap());
         }
-        said.extend_from_slice(stream.push(*stamp, pose).unwrap());
+        let too_far = |k: &&EventKind| {
+            matches!(
+                k,
+                EventKind::BadPose {
+                    what: Fault::TooFar,
+                    ..
+                }
+            )
+        };
+        // As in whole logs, which hold no position beyond 1e9 m.
+        assert_eq!(
+            events(&said).iter().any(too_far),
+            x > 1e9,
+            "{:?}",
+            events(&said)
+        );
+        let window = |s: &Said| matches!(s, Said::Window(w) if w.beyond && w.chance > 0.0);
+        assert_eq!(said.iter().any(window), x <= 1e9);
     }
-    let unmeasured = |k: &&EventKind| matches!(k, EventKind::Unmeasured { .. });
-    assert!(events(&said).iter().any(unmeasured), "{:?}", events(&said));
     // Where such steps are jumps, they are told now and then.
     let mut stream = monitor.stream(log.frame).unwrap();
     let mut said = Vec::new();
     for (i, stamp) in log.stamps.iter().enumerate() {
         let mut pose = log.poses[i];
-        pose.translation.x = if i % 2 == 1 { 1.7e308 } else { -1.7e308 };
+        pose.translation.x = if i % 2 == 1 { 9e8 } else { -9e8 };
         said.extend_from_slice(stream.push(*stamp, pose).unwrap());
     }
     let kinds = events(&said);
@@ -307,7 +385,7 @@ fn an_alarm_is_raised_soon_and_ends_with_its_fault() {
     let sound = trajectory(Platform::Vehicle, 28, 3000, 20.0);
     let said = all_said(&mut monitor.stream(sound.frame).unwrap(), &sound);
     assert!(alarms(&said).is_empty());
-    let fault = Fault::JitterPosition { metres: 0.3 };
+    let fault = Injected::JitterPosition { metres: 0.3 };
     let log = fault.apply(&sound, 1200..1500, 5).unwrap();
     let said = all_said(&mut monitor.stream(log.frame).unwrap(), &log);
     assert_eq!(alarms(&said), [AlarmKind::Raised, AlarmKind::Ended]);

@@ -7,7 +7,7 @@ use half::f16;
 use safetensors::tensor::{Dtype, TensorView};
 use safetensors::{SafeTensors, serialize};
 
-use crate::ModelError;
+use crate::{ModelError, ParameterLayout};
 
 /// How weights are stored. They are computed with in f32 whichever it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -170,6 +170,31 @@ impl<'a> TensorFile<'a> {
             }
         };
         check_finite(name, &values)?;
+        Ok(values)
+    }
+
+    /// The values of all tensors of a layout, whose names follow `prefix` in the file. Shapes are checked before anything
+    /// is allocated: a layout may be what the file claims of itself.
+    ///
+    /// # Errors
+    /// [`ModelError::TensorShape`], and as [`Self::values`].
+    pub fn flat(&self, prefix: &str, layout: &ParameterLayout) -> Result<Vec<f32>, ModelError> {
+        let named = |name: &str| format!("{prefix}{name}");
+        for spec in layout.entries() {
+            let name = named(&spec.name);
+            let found = self.shape(&name)?;
+            if found != spec.shape {
+                return Err(ModelError::TensorShape {
+                    name,
+                    expected: spec.shape.clone(),
+                    found,
+                });
+            }
+        }
+        let mut values = Vec::with_capacity(layout.len());
+        for spec in layout.entries() {
+            values.extend(self.values(&named(&spec.name))?);
+        }
         Ok(values)
     }
 

@@ -126,20 +126,7 @@ fn decode(
     config: &UNetConfig,
     file: &TensorFile<'_>,
 ) -> Result<Parameters, ModelError> {
-    let layout = config.layout();
-    let mut values = Vec::with_capacity(layout.len());
-    for spec in layout.entries() {
-        let name = format!("{branch}.{}", spec.name);
-        let found = file.shape(&name)?;
-        if found != spec.shape {
-            return Err(ModelError::TensorShape {
-                name,
-                expected: spec.shape.clone(),
-                found,
-            });
-        }
-        values.extend(file.values(&name)?);
-    }
+    let values = file.flat(&format!("{branch}."), &config.layout())?;
     Parameters::new(config.clone(), values)
 }
 

@@ -21,13 +21,55 @@ static FILE: LazyLock<Vec<u8>> = LazyLock::new(|| {
         .unwrap_or_else(|error| panic!("{error}"))
 });
 
-static PARTS: LazyLock<(serde_json::Value, &'static [u8])> = LazyLock::new(|| {
-    let mut length = [0; 8];
-    length.copy_from_slice(&FILE[..8]);
-    let end = 8 + u64::from_le_bytes(length) as usize;
-    let header = serde_json::from_slice(&FILE[8..end]).unwrap_or_else(|error| panic!("{error}"));
-    (header, &FILE[end..])
-});
+/// A safetensors file taken apart: its header, JSON, and the tensors behind it.
+pub struct Parts {
+    header: serde_json::Value,
+    tensors: Vec<u8>,
+}
+
+impl Parts {
+    /// Takes a file apart.
+    pub fn of(file: &[u8]) -> Self {
+        let mut length = [0; 8];
+        length.copy_from_slice(&file[..8]);
+        let end = 8 + u64::from_le_bytes(length) as usize;
+        let header = serde_json::from_slice(&file[8..end]);
+        Self {
+            header: header.unwrap_or_else(|error| panic!("{error}")),
+            tensors: file[end..].to_vec(),
+        }
+    }
+
+    /// An entry of the metadata.
+    pub fn entry(&self, key: &str) -> &str {
+        self.header["__metadata__"][key]
+            .as_str()
+            .unwrap_or_default()
+    }
+
+    /// The file with another text in an entry; sealed again where it was, so that what it says is what is tried.
+    pub fn with_entry(&self, key: &str, text: &str) -> Vec<u8> {
+        let mut header = self.header.clone();
+        let metadata = &mut header["__metadata__"];
+        let sealed = metadata.get(DIGEST).is_some();
+        metadata[key] = text.into();
+        if sealed {
+            metadata[DIGEST] = "0".repeat(64).into();
+        }
+        let text = header.to_string();
+        let length = (text.len() as u64).to_le_bytes();
+        let mut file = [&length[..], text.as_bytes(), &self.tensors].concat();
+        let before = format!("\"{DIGEST}\":\"");
+        if let Some(found) = text.find(&before).filter(|_| sealed) {
+            let digest = dose3_datasets::hex(Sha256::digest(&file));
+            let place = 8 + found + before.len();
+            file[place..place + digest.len()].copy_from_slice(digest.as_bytes());
+        }
+        file
+    }
+}
+
+static PARTS: LazyLock<Parts> = LazyLock::new(|| Parts::of(&FILE));
 
 static JUDGED: LazyLock<Trajectory> = LazyLock::new(|| trajectory(Platform::Vehicle, 9, 300, 10.0));
 
@@ -38,26 +80,12 @@ pub fn files() -> Vec<Vec<u8>> {
 
 /// What the detector says of itself, JSON.
 pub fn headers() -> Vec<Vec<u8>> {
-    let text = PARTS.0["__metadata__"][KEY].as_str().unwrap_or_default();
-    vec![text.as_bytes().to_vec()]
+    vec![PARTS.entry(KEY).as_bytes().to_vec()]
 }
 
 /// The detector file with other words of itself, sealed.
 pub fn with_header(json: &str) -> Vec<u8> {
-    let mut header = PARTS.0.clone();
-    header["__metadata__"][KEY] = json.into();
-    header["__metadata__"][DIGEST] = "0".repeat(64).into();
-    let text = header.to_string();
-    let length = (text.len() as u64).to_le_bytes();
-    let mut file = [&length[..], text.as_bytes(), PARTS.1].concat();
-    // Sealed again, so that what it says is what is tried.
-    let before = format!("\"{DIGEST}\":\"");
-    let digest = dose3_datasets::hex(Sha256::digest(&file));
-    if let Some(found) = text.find(&before) {
-        let place = 8 + found + before.len();
-        file[place..place + digest.len()].copy_from_slice(digest.as_bytes());
-    }
-    file
+    PARTS.with_entry(KEY, json)
 }
 
 /// A log for detectors that are accepted.

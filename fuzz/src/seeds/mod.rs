@@ -1,8 +1,11 @@
 //! Small well-formed inputs of every kind, made here.
 
+pub mod arguments;
 pub mod binary;
 pub mod detectors;
+pub mod models;
 pub mod recordings;
+pub mod streams;
 pub mod text;
 pub mod words;
 

@@ -127,3 +127,67 @@ pub const JSON: &[&[u8]] = &[
     b"true",
     b"\\u0000",
 ];
+
+/// Of states of streams.
+pub const STATES: &[&[u8]] = &[
+    b"null",
+    b"9223372036854775807",
+    b"-9223372036854775808",
+    b"18446744073709551615",
+    b"1e308",
+    b"5e-324",
+    b"-1.0",
+    b"true",
+    b"false",
+    b"[]",
+    b"{}",
+];
+
+/// Of command lines.
+pub const ARGUMENTS: &[&[u8]] = &[
+    b"\n--\n",
+    b"\n-\n",
+    b"=",
+    b",",
+    b":",
+    b"\n--detector\n",
+    b"\n--frame\n",
+    b"\n--columns\n",
+    b"\n--statistics\n",
+    b"\n--unit\n",
+    b"\n--alpha\n",
+    b"\n--shares\n",
+    b"\n--threads\n",
+    b"\n--tf\n",
+    b"\n--lost\n",
+    b"\n--out\n",
+    b"\n--help\n",
+    b"\n-v\n",
+    b"\n-q\n",
+    b"\xff",
+    b"'",
+    b"\\",
+    b"{}",
+    b"*",
+];
+
+/// Of lines of poses and of lists.
+pub const LINES: &[&[u8]] = &[
+    b"{\"stamp_ns\": ",
+    b"\"position\": [",
+    b"\"orientation\": ",
+    b"\"t\": ",
+    b"\"p\"",
+    b"\"q\"",
+    b"null",
+    b"nan",
+    b"1e999",
+    b"path",
+    b"group",
+    b"\xef\xbb\xbf",
+    b"\r\n",
+    b"\"",
+    b"#",
+    b";",
+    b",",
+];

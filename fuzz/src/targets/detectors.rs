@@ -1,7 +1,7 @@
 //! Detector and model files.
 
 use crate::seeds::detectors::{judged, with_header};
-use dose3::{Detector, Model};
+use dose3::{Detector, Model, StreamOptions};
 
 /// A file as others send it.
 pub fn file(bytes: &[u8]) {
@@ -21,10 +21,21 @@ pub fn header(bytes: &[u8]) {
     }
 }
 
-/// A detector that is accepted judges or refuses, and what it says is a number.
+/// A detector that is accepted judges or refuses, at once and pose by pose, and what it says is a number.
 fn judges(detector: &Detector) {
     if let Ok(report) = detector.judge(judged()) {
         let text = serde_json::to_string(&report).unwrap_or_else(|error| panic!("{error}"));
         assert!(!text.is_empty());
     }
+    let monitor = detector.monitor(&StreamOptions::default());
+    let Ok(mut stream) = monitor.and_then(|monitor| monitor.stream(judged().frame)) else {
+        return;
+    };
+    for (stamp, pose) in judged().stamps.iter().zip(&judged().poses) {
+        if stream.push(*stamp, *pose).is_err() {
+            return;
+        }
+    }
+    let state = serde_json::to_string(&stream.state()).unwrap_or_else(|error| panic!("{error}"));
+    assert!(!state.is_empty());
 }

@@ -1,7 +1,10 @@
 //! What is fed, and what must hold of the answers.
 
+mod arguments;
 mod detectors;
+mod models;
 mod sound;
+mod streams;
 mod text;
 mod words;
 
@@ -98,6 +101,48 @@ pub const ALL: &[Target] = &[
         run: words::settings,
         seeds: seeds::words::settings,
         dictionary: seeds::words::SETTINGS,
+    },
+    Target {
+        name: "model",
+        run: models::file,
+        seeds: seeds::models::files,
+        dictionary: seeds::words::JSON,
+    },
+    Target {
+        name: "model-header",
+        run: models::header,
+        seeds: seeds::models::headers,
+        dictionary: seeds::words::JSON,
+    },
+    Target {
+        name: "stream",
+        run: streams::poses,
+        seeds: seeds::streams::sequences,
+        dictionary: seeds::words::BINARY,
+    },
+    Target {
+        name: "stream-state",
+        run: streams::state,
+        seeds: seeds::streams::states,
+        dictionary: seeds::words::STATES,
+    },
+    Target {
+        name: "arguments",
+        run: arguments::arguments,
+        seeds: seeds::arguments::lines,
+        dictionary: seeds::words::ARGUMENTS,
+    },
+    Target {
+        name: "list",
+        run: arguments::logs,
+        seeds: seeds::arguments::lists,
+        dictionary: seeds::words::LINES,
+    },
+    Target {
+        name: "pose-lines",
+        run: arguments::poses,
+        seeds: seeds::arguments::poses,
+        dictionary: seeds::words::LINES,
     },
     Target {
         name: "poses",

@@ -1,5 +1,8 @@
 //! The command line: a file for each subcommand, and for what several share.
 
+// What is written above an item is shown as help.
+#![allow(missing_docs)]
+
 mod computing;
 mod demo;
 mod eval;

@@ -1,7 +1,7 @@
 //! Recordings by their paths: files, and the folders of ROS 2 bags.
 
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use super::Recording;
 use super::data::Data;
@@ -79,7 +79,21 @@ fn folder_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
         if item.starts_with("relative_file_paths:") {
             within = true;
         } else if let Some(name) = item.strip_prefix("- ").filter(|_| within) {
-            files.push(folder.join(name.trim_matches(['"', '\''])));
+            let name = Path::new(name.trim_matches(['"', '\'']));
+            // A recording from elsewhere must not have other files of this machine read.
+            if !name
+                .components()
+                .all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+            {
+                return Err(Error::input(
+                    &path,
+                    Place::File,
+                    "names of files in the folder of the recording",
+                    name.display().to_string(),
+                    "a recording lies in one folder",
+                ));
+            }
+            files.push(folder.join(name));
         } else {
             within = false;
         }

@@ -2,6 +2,7 @@
 
 use super::ring::Ring;
 use super::scale::Scale;
+use super::state::MOST;
 use super::{Monitor, Said, WindowResult};
 use crate::reasons;
 use dose3_datasets::Frame;
@@ -125,6 +126,7 @@ impl Lifecycle {
         self.watched.len() == fresh.len()
             && each.all(|(own, fresh)| own.watch.fits(&fresh.watch))
             && self.is_raised() == self.standing.is_some()
+            && self.raised < MOST
     }
 
     pub fn standing(&self) -> Option<Alarm> {

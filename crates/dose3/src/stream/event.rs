@@ -83,6 +83,8 @@ pub enum EventKind {
 pub enum Fault {
     /// NaN or infinity.
     NotFinite,
+    /// A coordinate beyond 1e9 m.
+    TooFar,
     /// A quaternion of zeros, as in a message that was never filled in.
     ZeroQuaternion,
     /// A quaternion whose norm is not 1, a matrix that is not orthogonal.
@@ -93,6 +95,7 @@ impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NotFinite => "a number that is not finite",
+            Self::TooFar => "a position beyond 1e9 m",
             Self::ZeroQuaternion => "a zero quaternion",
             Self::NoRotation => "no rotation",
         })

@@ -2,7 +2,7 @@
 
 use super::event::Fault;
 use super::sampler::Sampler;
-use super::state::Flat;
+use super::state::{Flat, MOST};
 use super::{Event, EventKind, Monitor, Said};
 use dose3_datasets::same_rate;
 use dose3_lie::nalgebra::Quaternion;
@@ -14,9 +14,11 @@ use std::collections::VecDeque;
 /// Largest entry of `|R^T R - I|` that is taken for rounding of single precision.
 const ROUNDING: f64 = 1e-5;
 /// Largest one that is repaired.
-const REPAIRED: f64 = 1e-3;
+pub(super) const REPAIRED: f64 = 1e-3;
 /// How far a quaternion's norm may be from 1.
 const NORM: f64 = 1e-2;
+/// Largest coordinate, metres, as of whole logs.
+pub(super) const FARTHEST: f64 = 1e9;
 /// Poses whose steps say the rate.
 const RATE_POSES: usize = 32;
 /// What is wrong again and again is said once in so many nanoseconds.
@@ -64,6 +66,10 @@ struct Muted {
 }
 
 impl Muted {
+    fn fits(&self) -> bool {
+        self.count < MOST
+    }
+
     /// The number to be said now, if any.
     fn count(&mut self, stamp: i64) -> Option<u64> {
         self.count += 1;
@@ -80,6 +86,9 @@ impl Muted {
 pub(super) fn checked(pose: Pose) -> Result<Pose, Fault> {
     if !pose.is_finite() {
         return Err(Fault::NotFinite);
+    }
+    if pose.translation.amax() > FARTHEST {
+        return Err(Fault::TooFar);
     }
     let matrix = pose.rotation.matrix();
     if orthogonality_error(matrix) <= ROUNDING && matrix.determinant() > 0.0 {
@@ -99,6 +108,9 @@ pub(super) fn checked_quaternion(
     let finite = |x: &f64| x.is_finite();
     if !position.iter().all(finite) || !quaternion.coords.iter().all(finite) {
         return Err(Fault::NotFinite);
+    }
+    if position.iter().any(|x| x.abs() > FARTHEST) {
+        return Err(Fault::TooFar);
     }
     let norm = quaternion.norm();
     if norm < 1e-6 {
@@ -130,6 +142,41 @@ impl Intake {
             unmeasured: Muted::default(),
             resets: Muted::default(),
         }
+    }
+
+    /// Whether it can be that of a stream which began as `fresh`, as what comes from a file must.
+    pub fn fits(&self, fresh: &Self) -> bool {
+        let muted = [
+            &self.late,
+            &self.doubled,
+            &self.bad,
+            &self.unmeasured,
+            &self.resets,
+        ];
+        let rates = |hertz: f64| hertz > 0.0 && hertz.is_finite();
+        let flats = self.waiting.iter().map(|(.., flat)| flat);
+        let mut flats = flats.chain(self.last.iter().map(|(_, flat)| flat));
+        (self.needed, self.told_gap, self.reset) == (fresh.needed, fresh.told_gap, fresh.reset)
+            && self.pushed < MOST
+            && self.hertz.is_none_or(rates)
+            && fresh.hertz.is_none_or(|told| self.hertz == Some(told))
+            && (!self.settled || self.is_fast_enough() && self.waiting.is_empty())
+            && self.waiting.len() < RATE_POSES
+            && self.waiting.iter().all(|(_, number, _)| *number < MOST)
+            && flats.all(Flat::is_pose)
+            && muted.iter().all(|muted| muted.fits())
+    }
+
+    fn is_fast_enough(&self) -> bool {
+        let fast = |hertz: f64, needed: f64| hertz > needed || same_rate(hertz, needed);
+        let known = self.hertz;
+        known.is_some_and(|hertz| self.needed.is_none_or(|needed| fast(hertz, needed)))
+    }
+
+    /// Whether poses are judged as they come, without being brought to another rate.
+    pub fn are_samples(&self) -> bool {
+        let same = |needed| self.hertz.is_some_and(|hertz| same_rate(hertz, needed));
+        self.settled && self.needed.is_none_or(same)
     }
 
     pub fn pushed(&self) -> u64 {
@@ -243,7 +290,10 @@ impl Intake {
             None if self.waiting.len() < RATE_POSES && !ending => return false,
             None => match self.median_rate() {
                 Some(hertz) => hertz,
-                None => return false,
+                None => {
+                    self.backwards(said);
+                    return false;
+                }
             },
         };
         let Some(&(stamp, number, _)) = self.waiting.back() else {
@@ -265,6 +315,20 @@ impl Intake {
         self.hertz = Some(hertz);
         self.settled = true;
         true
+    }
+
+    /// No step leads forward: nothing can be made of what waits, but of the last.
+    fn backwards(&mut self, said: &mut Vec<Said>) {
+        let last = self.waiting.len().saturating_sub(1);
+        let stamps = (
+            self.waiting.get(last),
+            self.waiting.get(last.wrapping_sub(1)),
+        );
+        if let (Some((stamp, number, _)), Some((before, ..))) = stamps {
+            let seconds = before.abs_diff(*stamp) as f64 * 1e-9;
+            said.push(event(*stamp, *number, EventKind::ClockBack { seconds }));
+        }
+        self.waiting.drain(..last);
     }
 
     /// One over the median step of the poses that wait.

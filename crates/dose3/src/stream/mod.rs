@@ -49,7 +49,7 @@ mod state;
 
 pub use alarm::{Alarm, AlarmKind, GroupChance};
 pub use dose3_ood::alarm::RaisedBy;
-pub use event::{Event, EventKind};
+pub use event::{Event, EventKind, Fault};
 pub use monitor::Monitor;
 pub use options::StreamOptions;
 pub use said::{Said, WindowResult};

@@ -3,6 +3,9 @@
 use crate::error::{Error, Result, Setting};
 use serde::{Deserialize, Serialize};
 
+/// Longest pause that may be taken for motion, seconds.
+const LONGEST_GAP: f64 = 3600.0;
+
 /// Options of [`crate::Detector::stream`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -14,7 +17,7 @@ pub struct StreamOptions {
     pub every: Option<usize>,
     /// Poses a second that will come; measured from the first ones where `None`.
     pub rate_hz: Option<f64>,
-    /// Seconds without a pose that end a stretch. Ten times the usual step, at least half a second, where `None`.
+    /// Seconds without a pose that end a stretch. At most 3600; ten times the usual step, at least half a second, where `None`.
     pub max_gap_s: Option<f64>,
     /// Metres from one pose to the next that are a jump of the estimator's world, not a motion: reported, and the
     /// poses behind it begin a new stretch. A hundred times the model's usual step where `None`.
@@ -47,6 +50,10 @@ impl StreamOptions {
         };
         above(Setting::Rate, self.rate_hz)?;
         above(Setting::Gap, self.max_gap_s)?;
+        if let Some(gap) = self.max_gap_s.filter(|gap| *gap > LONGEST_GAP) {
+            let expected = format!("at most {LONGEST_GAP} s: what lies between is interpolated");
+            return Err(Error::setting(Setting::Gap, gap, expected));
+        }
         above(Setting::Reset, self.reset_m)?;
         if !(self.alarms_per_hour > 0.0 && self.alarms_per_hour <= 60.0) {
             let expected = "above 0 and at most 60";

@@ -1,6 +1,6 @@
 //! The last poses of a stretch, as far back as a window goes.
 
-use super::state::Flat;
+use super::state::{Flat, MOST};
 use dose3_datasets::{Format, Frame, Trajectory, increment};
 use dose3_lie::Pose;
 use serde::{Deserialize, Serialize};
@@ -50,7 +50,14 @@ impl Ring {
             && self.last.is_some() == (known > 0)
             && self.kept.is_some() == keep
             && self.kept.as_ref().is_none_or(|k| k.len() == known)
-            && self.steps.iter().all(|x| !x.is_nan())
+            && self.count < MOST
+            && self.steps.iter().all(|x| x.is_finite())
+            && self
+                .last
+                .iter()
+                .chain(self.kept.iter().flatten())
+                .all(Flat::is_pose)
+            && self.stamps.windows(2).all(|pair| pair[0] < pair[1])
     }
 
     pub fn clear(&mut self) {

@@ -42,7 +42,46 @@ impl Sampler {
         }
     }
 
+    /// Whether it can be that of a stream which began as `fresh` and has taken all samples that are due, as what comes
+    /// from a file must.
+    pub fn fits(&self, fresh: &Self) -> bool {
+        if self.period.to_bits() != fresh.period.to_bits() || self.ended {
+            return false;
+        }
+        let mut flats = self.before.iter().chain(&self.latest);
+        if !flats.all(|(_, flat)| flat.is_pose()) {
+            return false;
+        }
+        let Some((latest, _)) = self.latest else {
+            return self.before.is_none() && self.first.is_none() && self.index == 0;
+        };
+        let Some(first) = self.first else {
+            return false;
+        };
+        let before = self.before.as_ref().map_or(first, |(before, _)| *before);
+        let ordered = first <= before && before <= latest && latest.checked_sub(first).is_some();
+        if self.as_they_are {
+            return ordered && !self.waiting && self.index == 0;
+        }
+        let last = self.last_sample;
+        let sampled = last.is_some_and(|last| first <= last && last <= latest);
+        let next = self.index.checked_mul(self.period.ceil() as u64).is_some()
+            && self.offset(self.index) > latest.saturating_sub(first)
+            && self.offset(self.index.saturating_sub(1)) <= latest.saturating_sub(first);
+        ordered && sampled && next
+    }
+
     /// Whether poses are samples as they are.
+    pub fn takes_as_they_are(&self) -> bool {
+        self.as_they_are
+    }
+
+    /// Nanoseconds from the first stamp to a sample.
+    fn offset(&self, index: u64) -> i64 {
+        (index as f64 * self.period).round() as i64
+    }
+
+    /// Takes poses as samples, or samples between them.
     pub fn set_as_they_are(&mut self, as_they_are: bool) {
         self.as_they_are = as_they_are;
     }
@@ -76,7 +115,8 @@ impl Sampler {
         let first = self.first?;
         loop {
             let offset = self.index as f64 * self.period;
-            let stamp = first + offset.round() as i64;
+            // Behind the end of time nothing is due.
+            let stamp = first.checked_add(self.offset(self.index))?;
             // Half a nanosecond of grace, so that rounding of the stamps does not cost the last pose.
             let due = match self.ended {
                 true => offset <= (*latest - first) as f64 + 0.5,

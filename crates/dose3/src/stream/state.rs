@@ -1,18 +1,22 @@
 //! What is kept of a stream when its program ends.
 
 use super::alarm::Lifecycle;
-use super::intake::Intake;
+use super::intake::{FARTHEST, Intake, REPAIRED};
 use super::ring::Ring;
 use super::sampler::Sampler;
 use super::{Monitor, Stream};
 use crate::error::{Error, Result};
 use dose3_datasets::Frame;
+use dose3_lie::project::orthogonality_error;
 use dose3_lie::{Matrix, Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Version of [`StreamState`] that this build writes and reads.
 const VERSION: u32 = 1;
+
+/// What a stream counts is less: a pose each nanosecond for a hundred days.
+pub(super) const MOST: u64 = 1 << 53;
 
 /// A stream as it stands, to go on from: what follows is the same to the last bit as if it had never been put away. It
 /// belongs to one detector and one set of options.
@@ -46,6 +50,16 @@ impl From<&Pose> for Flat {
 }
 
 impl Flat {
+    /// Whether it is a pose, as what comes from a file must be.
+    pub fn is_pose(&self) -> bool {
+        let pose = self.pose();
+        let matrix = pose.rotation.matrix();
+        pose.translation.amax() <= FARTHEST
+            && pose.is_finite()
+            && orthogonality_error(matrix) <= REPAIRED
+            && matrix.determinant() > 0.0
+    }
+
     pub fn pose(&self) -> Pose {
         let matrix = Matrix::from_column_slice(&self.0[..9]);
         Pose::new(
@@ -86,7 +100,13 @@ impl Monitor {
             return wrong("it belongs to another detector or to other options");
         }
         let mut stream = self.stream(state.frame)?;
-        if !state.ring.fits(self.poses(), self.keeps_poses()) || !state.alarm.fits(self) {
+        let fits = state.intake.fits(&stream.intake)
+            && state.sampler.fits(&stream.sampler)
+            && state.sampler.takes_as_they_are() == state.intake.are_samples()
+            && state.ring.fits(self.poses(), self.keeps_poses())
+            && state.alarm.fits(self)
+            && state.windows < MOST;
+        if !fits {
             return wrong("its parts do not belong together");
         }
         stream.windows = state.windows;

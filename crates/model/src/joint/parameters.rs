@@ -66,20 +66,7 @@ impl JointParameters {
         file: &TensorFile<'_>,
     ) -> Result<Self, ModelError> {
         config.validate()?;
-        let layout = config.layout();
-        let mut values = Vec::with_capacity(layout.len());
-        for spec in layout.entries() {
-            let name = format!("{prefix}{}", spec.name);
-            let found = file.shape(&name)?;
-            if found != spec.shape {
-                return Err(ModelError::TensorShape {
-                    name,
-                    expected: spec.shape.clone(),
-                    found,
-                });
-            }
-            values.extend(file.values(&name)?);
-        }
+        let values = file.flat(prefix, &config.layout())?;
         Self::new(config, values)
     }
 }
@@ -89,6 +76,26 @@ mod tests {
     use super::*;
     use crate::{Precision, write_tensors};
     use std::collections::BTreeMap;
+
+    #[test]
+    fn a_file_that_promises_more_than_it_holds_is_refused_before_anything_is_allocated() {
+        let small = JointConfig::new(4, &[1, 2]);
+        let parameters = JointParameters::init(&small, 3).unwrap();
+        let layout = parameters.layout();
+        let tensors: Vec<_> = parameters.tensors("", &layout).collect();
+        let bytes = write_tensors(&tensors, Precision::F32, &BTreeMap::new()).unwrap();
+        let file = TensorFile::new(&bytes).unwrap();
+        // Twelve gigabytes.
+        let large = JointConfig {
+            embedding: 4096,
+            ..JointConfig::new(4096, &[1; 64])
+        };
+        let refused = JointParameters::read(large, "", &file).unwrap_err();
+        assert!(
+            matches!(refused, ModelError::TensorShape { .. }),
+            "{refused}"
+        );
+    }
 
     #[test]
     fn a_file_gives_back_what_was_written() {

@@ -93,6 +93,7 @@ impl Watch {
             && self.chain < self.evidence.len()
             && tests(self) == tests(other)
             && self.evidence.iter().all(|w| w.is_finite())
+            && self.count < 1 << 53
     }
 
     /// The next window does not continue the last one: runs begin anew. What was bet stays bet.

@@ -1,9 +1,9 @@
 //! `dose3 watch`: judges poses as they come, and raises an alarm.
 
-mod line;
 mod source;
 
 use crate::args::Watch;
+use crate::pose_line;
 use crate::terminal::say;
 use anyhow::{Context, Result, bail};
 use dose3::logs::ReadOptions;
@@ -220,7 +220,7 @@ impl Watcher<'_> {
             }
             Item::Line(line) => {
                 self.lines += 1;
-                match line::parse(&line, self.args.stamp_unit) {
+                match pose_line::parse(&line, self.args.stamp_unit) {
                     Ok(None) => return Ok(()),
                     Ok(Some(pose)) => {
                         self.last_stamp = Some(pose.stamp_ns);

@@ -1,6 +1,7 @@
 //! Where poses come from: each source is a thread that fills a queue and waits while the queue is full, so nothing is
 //! lost and memory does not grow.
 
+use crate::pose_line::LONGEST;
 use dose3::{Pose, Trajectory};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Seek};
@@ -68,10 +69,14 @@ impl Source {
     /// Lines of standard input.
     pub fn stdin(stop: Arc<AtomicBool>) -> Self {
         Self::start(stop, |filler| {
-            for line in io::stdin().lock().lines() {
-                let item = line.map_or_else(Item::Failed, Item::Line);
-                let failed = matches!(item, Item::Failed(_));
-                if !filler.send(item) || failed {
+            let mut input = io::stdin().lock();
+            let mut line = Vec::new();
+            loop {
+                let (item, last) = match read_line(&mut input, &mut line) {
+                    Ok(whole) => (Item::Line(take_text(&mut line)), !whole),
+                    Err(error) => (Item::Failed(error), true),
+                };
+                if !filler.send(item) || last {
                     return;
                 }
             }
@@ -128,11 +133,10 @@ impl Source {
 /// from its beginning.
 fn follow(path: &Path, file: File, filler: &Filler) -> io::Result<()> {
     let mut reader = BufReader::new(file);
-    let mut line = String::new();
+    let mut line = Vec::new();
     loop {
-        if reader.read_line(&mut line)? > 0 && line.ends_with('\n') {
-            let whole = std::mem::take(&mut line);
-            if !filler.send(Item::Line(whole)) {
+        if read_line(&mut reader, &mut line)? {
+            if !filler.send(Item::Line(take_text(&mut line))) {
                 return Ok(());
             }
             continue;
@@ -156,6 +160,33 @@ fn follow(path: &Path, file: File, filler: &Filler) -> io::Result<()> {
     }
 }
 
+/// Appends what comes up to the end of the line to `line`, of an endless one no more than tells that it is too long.
+/// Answers whether the line has ended; if not, the input has.
+fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<bool> {
+    loop {
+        let here = match input.fill_buf() {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            here => here?,
+        };
+        let end = here.iter().position(|byte| *byte == b'\n');
+        let part = &here[..end.unwrap_or(here.len())];
+        let room = (LONGEST + 1).saturating_sub(line.len());
+        line.extend(&part[..part.len().min(room)]);
+        let read = end.map_or(part.len(), |end| end + 1);
+        input.consume(read);
+        if end.is_some() || read == 0 {
+            return Ok(end.is_some());
+        }
+    }
+}
+
+/// A line as text. Bytes that are none become characters that no pose has.
+fn take_text(line: &mut Vec<u8>) -> String {
+    let text = String::from_utf8_lossy(line).into_owned();
+    line.clear();
+    text
+}
+
 #[cfg(unix)]
 fn is_another(path: &Path, file: &File) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -169,4 +200,30 @@ fn is_another(path: &Path, file: &File) -> bool {
 #[cfg(not(unix))]
 fn is_another(_: &Path, _: &File) -> bool {
     false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_read_whole_and_endless_ones_in_part() {
+        let endless = vec![b'0'; 3 * LONGEST];
+        let text = [b"a\r\n\n\xff1\n", &endless[..], b"\nend"].concat();
+        // Buffers of any size.
+        for size in [1, 7, 1 << 20] {
+            let mut input = BufReader::with_capacity(size, &text[..]);
+            let mut line = Vec::new();
+            let mut next = || {
+                let whole = read_line(&mut input, &mut line).unwrap();
+                (whole, take_text(&mut line))
+            };
+            assert_eq!(next(), (true, "a\r".into()));
+            assert_eq!(next(), (true, String::new()));
+            assert_eq!(next(), (true, "\u{fffd}1".into()));
+            assert_eq!(next(), (true, "0".repeat(LONGEST + 1)));
+            assert_eq!(next(), (false, "end".into()));
+            assert_eq!(next(), (false, String::new()));
+        }
+    }
 }

@@ -4,10 +4,15 @@ use dose3_datasets::StampUnit;
 use serde::Deserialize;
 use serde_json::{Number, Value};
 
+/// Longest line that is read, bytes.
+pub const LONGEST: usize = 1 << 16;
+
 /// A pose as a line has it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
+    /// Nanoseconds.
     pub stamp_ns: i64,
+    /// x, y, z, metres.
     pub position: [f64; 3],
     /// x, y, z, w.
     pub orientation: [f64; 4],
@@ -54,6 +59,9 @@ impl Vector {
 /// # Errors
 /// What was expected in its place.
 pub fn parse(line: &str, unit: StampUnit) -> Result<Option<Line>, String> {
+    if line.len() > LONGEST {
+        return Err(format!("longer than {LONGEST} bytes"));
+    }
     let line = line.trim();
     if line.is_empty() || line.starts_with('#') {
         return Ok(None);
@@ -157,6 +165,7 @@ mod tests {
             ("{\"p\": [1, 2, 3], \"q\": [0, 0, 0, 1]}", "stamp"),
             ("{\"t\": 1, \"p\": [1, 2], \"q\": [0, 0, 0, 1]}", "x, y, z"),
             ("{", "EOF"),
+            (&" ".repeat(LONGEST + 1), "longer than"),
         ] {
             let error = of(line).unwrap_err();
             assert!(error.contains(expected), "{line}: {error}");
