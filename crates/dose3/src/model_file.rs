@@ -21,6 +21,11 @@ pub const KEY: &str = "dose3.model";
 /// Version of [`ModelHeader`] that this build writes.
 pub const VERSION: u32 = 1;
 
+/// Poses of a window at most.
+const LONGEST_WINDOW: usize = 1 << 16;
+/// Poses a second at most, as in resampling.
+pub(crate) const FASTEST: f64 = 1e6;
+
 /// One log that a model or detector was made from.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -136,8 +141,13 @@ impl Model {
             let reason = format!("window length {found} is not a positive multiple of {multiple}");
             return Err(Error::unsound("model", reason));
         }
-        if !(header.rate.is_finite() && header.rate > 0.0) {
-            let reason = format!("rate {} Hz is not a positive number", header.rate);
+        if header.window > LONGEST_WINDOW {
+            let found = header.window;
+            let reason = format!("window length {found} is beyond {LONGEST_WINDOW}");
+            return Err(Error::unsound("model", reason));
+        }
+        if !(header.rate > 0.0 && header.rate <= FASTEST) {
+            let reason = format!("rate {} Hz is not above 0 and at most 1e6", header.rate);
             return Err(Error::unsound("model", reason));
         }
         // Detectors check the file that they are.

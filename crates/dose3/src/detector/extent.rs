@@ -10,7 +10,11 @@ pub const SHORTER_WINDOWS: [usize; 2] = [64, 32];
 /// Rates at which logs may be measured, hertz.
 const RATES: [f64; 2] = [2.0, 200.0];
 /// Steps of a window that may be asked for.
-const WINDOWS: [usize; 2] = [32, 4096];
+const WINDOWS: [usize; 2] = [32, LONGEST];
+/// The most of them.
+pub(super) const LONGEST: usize = 4096;
+/// Poses between the starts of windows at most.
+pub(super) const MOST_STRIDE: usize = 1 << 20;
 /// A quarter of the trusted logs may be slower or shorter than the others need; a fit leaves them out.
 const LEFT_OUT: usize = 4;
 

@@ -253,8 +253,9 @@ impl DetectorBuilder {
         let options = &self.options;
         let statistics = self.statistics_of(model)?;
         let plan = self.plan(model, &statistics)?;
-        if options.stride == 0 {
-            return Err(Error::setting(Setting::Stride, 0, "at least 1"));
+        if !(1..=extent::MOST_STRIDE).contains(&options.stride) {
+            let expected = format!("1 to {}", extent::MOST_STRIDE);
+            return Err(Error::setting(Setting::Stride, options.stride, expected));
         }
         if !(options.alpha > 0.0 && options.alpha < 1.0) {
             let expected = "a share between 0 and 1";

@@ -1,10 +1,11 @@
 //! What a detector file says beside its model: everything that fitting decided, each fact once.
 
+use super::extent::{LONGEST, MOST_STRIDE};
 use super::short::ShortReference;
 use super::whole::WholeReference;
 use crate::error::{Error, Result};
-use crate::model_file::{self, LogRecord, Model};
-use crate::probe::{ProbePlan, ProbeReference};
+use crate::model_file::{self, FASTEST, LogRecord, Model};
+use crate::probe::{MOST_DRAWS, ProbePlan, ProbeReference};
 use crate::series::TrustedRanges;
 use dose3_datasets::{Frame, Kind};
 use dose3_diffusion::NoiseSharing;
@@ -145,16 +146,22 @@ impl DetectorHeader {
     fn check(&self, model: &Model) -> Result<()> {
         let unsound = |reason: String| Err(Error::unsound("detector", reason));
         let plan = self.plan();
-        if self.stride == 0 || plan.draws == 0 {
-            return unsound("its stride or number of draws is 0".into());
+        if self.stride == 0 || self.stride > MOST_STRIDE {
+            let found = self.stride;
+            return unsound(format!("its stride {found} is not 1 to {MOST_STRIDE}"));
+        }
+        if plan.draws == 0 || plan.draws > MOST_DRAWS {
+            let found = plan.draws;
+            return unsound(format!("{found} draws are not 1 to {MOST_DRAWS}"));
         }
         let steps = model.header.process.steps;
         if !(1..=steps).contains(&plan.steps) {
             let found = plan.steps;
             return unsound(format!("it visits {found} diffusion steps of {steps}"));
         }
-        if !(self.rate.is_finite() && self.rate > 0.0) {
-            return unsound(format!("rate {} Hz is not a positive number", self.rate));
+        if !(self.rate > 0.0 && self.rate <= FASTEST) {
+            let found = self.rate;
+            return unsound(format!("rate {found} Hz is not above 0 and at most 1e6"));
         }
         if let Some(poses) = &self.poses {
             poses.validate()?;
@@ -164,13 +171,22 @@ impl DetectorHeader {
         }
         if let Some(short) = &self.short {
             short.check(&self.statistics.config().statistics)?;
+            let steps = self.window.unwrap_or(model.header.window);
+            if short.poses > steps + 1 || short.stride > MOST_STRIDE {
+                return unsound("its short windows are longer than the others".into());
+            }
         }
         let set = &self.statistics.config().statistics;
         let windows = self.windows(model);
         let ordered = windows.windows(2).all(|pair| pair[1].steps < pair[0].steps);
         let sound = |w: &Windows<'_>| {
             let own = w.statistics.config();
-            w.stride > 0 && w.steps > 0 && own.statistics == *set && own.alpha.is_finite()
+            let length = w.steps <= LONGEST || w.steps == model.header.window;
+            (1..=MOST_STRIDE).contains(&w.stride)
+                && w.steps > 0
+                && length
+                && own.statistics == *set
+                && own.alpha.is_finite()
         };
         if !ordered || !windows.iter().all(sound) {
             return unsound("its windows of several lengths do not belong together".into());

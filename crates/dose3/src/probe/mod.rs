@@ -31,6 +31,7 @@ mod reference;
 use joint::JointProbe;
 pub use measured::Measured;
 pub(crate) use pass::Pass;
+pub(crate) use plan::MOST_DRAWS;
 pub use plan::{ProbePlan, checked};
 pub(crate) use reference::Learnt;
 pub use reference::ProbeReference;

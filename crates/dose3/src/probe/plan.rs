@@ -5,6 +5,9 @@ pub use dose3_diffusion::ProbePlan;
 use dose3_diffusion::{NoiseSharing, Process};
 use dose3_ood::StatisticsSet;
 
+/// Noise draws of a window at most.
+pub(crate) const MOST_DRAWS: usize = 10_000;
+
 /// Checks `plan` against the process and what is to be measured; where no noise is drawn the answer has one draw.
 ///
 /// # Errors
@@ -19,8 +22,9 @@ pub fn checked(
         let expected = format!("1 to the {} of the model", process.steps());
         return Err(Error::setting(Setting::Steps, plan.steps, expected));
     }
-    if plan.draws == 0 {
-        return Err(Error::setting(Setting::Draws, 0, "at least 1"));
+    if !(1..=MOST_DRAWS).contains(&plan.draws) {
+        let expected = format!("1 to {MOST_DRAWS}");
+        return Err(Error::setting(Setting::Draws, plan.draws, expected));
     }
     if plan.sharing == NoiseSharing::None && statistics.needs_noise() {
         return Err(Error::NoNoise {
@@ -63,6 +67,10 @@ mod tests {
             ProbePlan { steps: 0, ..drawn },
             ProbePlan { steps: 31, ..drawn },
             ProbePlan { draws: 0, ..drawn },
+            ProbePlan {
+                draws: MOST_DRAWS + 1,
+                ..drawn
+            },
         ] {
             assert!(matches!(
                 check(&bad, "residual"),
