@@ -6,7 +6,7 @@ use common::{dose3, expect_code, stdout, write_logs};
 use dose3::{Detector, FitOptions, Trajectory};
 use dose3_datasets::faults::Fault;
 use dose3_datasets::synthetic::{Platform, suite, trajectory};
-use dose3_datasets::write;
+use dose3_datasets::{LoadOptions, RemarkKind, load_bytes, write};
 use serde_json::Value;
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -298,4 +298,65 @@ fn a_slow_reader_loses_nothing_and_is_told() {
     assert!(!lags.is_empty());
     assert!(lags[0]["behind_s"].as_f64().unwrap() >= 1.0);
     assert!(lags[0]["waiting"].as_u64().unwrap() > 0);
+}
+
+#[test]
+fn a_recording_is_whole_while_it_grows_and_after_a_sudden_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let detector = detector(folder.path());
+    let grows = folder.path().join("live.mcap");
+    let log = faulty();
+    let text = tum(&log);
+    let lines_of: Vec<&[u8]> = text.split_inclusive(|b| *b == b'\n').collect();
+    let arguments = [
+        "--detector",
+        detector.to_str().unwrap(),
+        "--mcap",
+        grows.to_str().unwrap(),
+    ];
+    let options = LoadOptions {
+        topics: vec!["/dose3/pose".to_owned()],
+        ..LoadOptions::default()
+    };
+    let read = |bytes: &[u8]| load_bytes("live.mcap".as_ref(), bytes, &options).unwrap();
+    let is_damaged = |found: &Trajectory| {
+        let mut remarks = found.report.remarks.iter();
+        remarks.any(|remark| remark.kind == RemarkKind::DamagedRecording)
+    };
+    let same = |found: &Trajectory| {
+        assert_eq!(found.stamps, log.stamps[..found.len()]);
+        for (found, pose) in found.poses.iter().zip(&log.poses) {
+            assert!((found.translation - pose.translation).norm() < 1e-6);
+            assert!((found.rotation.matrix() - pose.rotation.matrix()).norm() < 1e-6);
+        }
+    };
+    let mut child = start(&arguments);
+    let mut out = BufReader::new(child.stdout.take().unwrap());
+    let mut stdin = child.stdin.take().unwrap();
+    stdin.write_all(&lines_of[..1000].concat()).unwrap();
+    // The alarm is in the file before it is told.
+    wait_for(&mut out, "alarm");
+    let open = read(&std::fs::read(&grows).unwrap());
+    assert!(open.len() > 600);
+    same(&open);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let bytes = std::fs::read(&grows).unwrap();
+    let whole = read(&bytes);
+    assert!(!is_damaged(&whole), "{:?}", whole.report);
+    same(&whole);
+    // Without its index it is read as far as its chunks go.
+    let cut = read(&bytes[..bytes.len() - 100]);
+    assert!(is_damaged(&cut));
+    assert_eq!(cut.stamps, whole.stamps);
+
+    // A recording of an earlier run is replaced, another file is not.
+    let (lines, code) = piped(&arguments, &text);
+    assert_eq!(code, Some(0), "{lines:?}");
+    let whole = read(&std::fs::read(&grows).unwrap());
+    assert_eq!(whole.len(), log.len());
+    std::fs::write(&grows, "mine").unwrap();
+    let (_, code) = piped(&arguments, &text);
+    assert_eq!(code, Some(2));
+    assert_eq!(std::fs::read(&grows).unwrap(), b"mine");
 }

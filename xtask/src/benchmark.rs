@@ -160,6 +160,9 @@ pub struct LiveArgs {
     /// Poses from window to window (default: a quarter of the detector's stride)
     #[arg(long, value_name = "N", requires = "live")]
     pub every: Option<usize>,
+    /// Only faults of these names, such as freeze,jump (default: all)
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "live")]
+    pub kinds: Vec<String>,
 }
 
 /// Runs a benchmark and writes its results.
@@ -203,6 +206,7 @@ pub fn run(args: &BenchmarkArgs) -> Result<()> {
                 seed: args.faults.seed,
                 alarms_per_hour: args.live.alarms_per_hour,
                 every: args.live.every,
+                kinds: args.live.kinds.clone(),
             },
         );
     }

@@ -27,7 +27,7 @@ class Core:
     """
 
     # Events that a person wants to see; the others are only counted.
-    NOTABLE = {"gap", "reset", "clock-back", "too-slow", "bad-pose", "unmeasured"}
+    NOTABLE = {"gap", "reset", "clock-back", "too-slow", "bad-pose", "stamps", "unmeasured"}
 
     def __init__(self, backend, hold=10.0, silence=2.0):
         self.backend = backend

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # ROS 1 end to end: a bag with a fault is played, the node judges it, the diagnostics are read.
 # Debian 12: apt-get install --no-install-recommends python3-rospy python3-rosbag python3-rosmaster python3-roslaunch \
-#   python3-diagnostic-msgs python3-nav-msgs python3-geometry-msgs python3-tf2-msgs rosbag
+#   python3-diagnostic-msgs python3-nav-msgs python3-geometry-msgs python3-tf2-msgs
 # usage: ros1_end_to_end.sh DETECTOR LOG.txt [SPEED]   (a TUM file with a fault in it; `dose3` on the path)
 set -euo pipefail
 here=$(cd "$(dirname "$0")/.." && pwd)

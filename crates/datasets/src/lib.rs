@@ -9,6 +9,8 @@ mod groups;
 mod hex;
 mod increments;
 mod load;
+#[cfg(feature = "recordings")]
+pub mod mcap;
 mod memory;
 mod naming;
 mod options;

@@ -1,11 +1,15 @@
 //! Streams say what verdicts say, to the last bit, and survive what robots send.
 
+// A test that was not run says so.
+#![allow(clippy::print_stderr)]
+
 use dose3::stream::{
-    AlarmKind, EventKind, Fault, Monitor, Said, Stream, StreamOptions, StreamState,
+    Alarm, AlarmKind, EventKind, Fault, Monitor, RaisedBy, Said, Stream, StreamOptions, StreamState,
 };
 use dose3::{Detector, FitOptions, Frame, Pose, Trajectory};
 use dose3_datasets::faults::Fault as Injected;
 use dose3_datasets::synthetic::{Platform, suite, trajectory};
+use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 fn fit(statistics: &str) -> Detector {
@@ -105,6 +109,75 @@ fn windows_have_the_numbers_of_a_verdict_at_any_rate_and_with_gaps() {
     )
     .unwrap();
     assert!(says_what_a_verdict_says(detector, &log) > 15);
+}
+
+/// Detectors of every class of rates: of slow logs, of logs at the usual rate, one that was asked to measure faster; each
+/// beside logs at its rate, a little off it, at a multiple, and at what is no multiple.
+#[test]
+fn windows_have_the_numbers_of_a_verdict_in_every_class_of_rates() {
+    for (trusted, asked, judged) in [
+        (5.0, None, [5.0, 5.02, 10.0, 13.7]),
+        (20.0, Some(20.0), [20.0, 19.9, 100.0, 31.3]),
+    ] {
+        let options = FitOptions {
+            statistics: Some("kinematic,lin".parse().unwrap()),
+            density: "mixture:2".parse().unwrap(),
+            rate: asked,
+            window: Some(64),
+            ..FitOptions::default()
+        };
+        let logs: Vec<Trajectory> = (0..4)
+            .map(|seed| trajectory(Platform::Vehicle, seed, (80.0 * trusted) as usize, trusted))
+            .collect();
+        let detector = Detector::builder().options(options).fit(&logs).unwrap();
+        for hertz in judged {
+            let drive = trajectory(Platform::Vehicle, 30, (60.0 * hertz) as usize, hertz);
+            assert!(says_what_a_verdict_says(&detector, &drive) >= 14, "{hertz}");
+        }
+    }
+}
+
+/// Each data set is trusted in part; another log of it is pushed pose by pose.
+#[test]
+fn windows_of_real_logs_have_the_numbers_of_a_verdict() {
+    let root = std::env::var_os("DOSE3_DATA").map(PathBuf::from);
+    for (set, judged, trusted) in [
+        ("kitti/poses", "07.txt", &["03.txt", "09.txt", "10.txt"][..]),
+        (
+            "iros20",
+            "traj_3.npy",
+            &["traj_4.npy", "traj_5.npy", "traj_6.npy", "traj_7.npy"],
+        ),
+        (
+            "robotcar",
+            "2019-01-15-13-06-37",
+            &["2019-01-11-14-02-26", "2019-01-14-12-05-52"],
+        ),
+        (
+            "vio/trusted",
+            "UZH-FPV_Indoor_Forward_5_Davis_With_Gt.txt",
+            &[
+                "UZH-FPV_Indoor_Forward_3_Davis_With_Gt.txt",
+                "UZH-FPV_Indoor_Forward_6_Davis_With_Gt.txt",
+                "UZH-FPV_Indoor_Forward_7_Davis_With_Gt.txt",
+            ],
+        ),
+    ] {
+        let Some(folder) = root.as_ref().map(|r| r.join(set)).filter(|f| f.exists()) else {
+            eprintln!("{set}: not run, real data is needed, $DOSE3_DATA names its folder");
+            continue;
+        };
+        let options = FitOptions {
+            density: "mixture:2".parse().unwrap(),
+            ..FitOptions::default()
+        };
+        let trusted = dose3::load(trusted.iter().map(|name| folder.join(name))).unwrap();
+        let detector = Detector::builder().options(options).fit(&trusted).unwrap();
+        for log in dose3::load([folder.join(judged)]).unwrap() {
+            let windows = says_what_a_verdict_says(&detector, &log);
+            assert!(windows > 1, "{}: {windows}", log.name);
+        }
+    }
 }
 
 #[test]
@@ -405,4 +478,56 @@ fn an_alarm_is_raised_soon_and_ends_with_its_fault() {
     assert!(ended.worst_excess >= raised.worst_excess && !raised.groups.is_empty());
     assert!(raised.to_string().contains("unlike the trusted logs"));
     assert!(raised.why.iter().all(|why| why.contains("trusted")) && !raised.why.is_empty());
+}
+
+#[test]
+fn what_one_number_shows_is_heard_at_once() {
+    let monitor = monitor();
+    let sound = trajectory(Platform::Vehicle, 28, 3000, 20.0);
+    // Backward from one pose to the next.
+    let log = Injected::Reversal.apply(&sound, 1200..1400, 5).unwrap();
+    let said = all_said(&mut monitor.stream(log.frame).unwrap(), &log);
+    let raised: Vec<&Alarm> = said
+        .iter()
+        .filter_map(|said| match said {
+            Said::Alarm(alarm) if alarm.alarm == AlarmKind::Raised => Some(alarm),
+            _ => None,
+        })
+        .collect();
+    let first = raised[0];
+    let seconds = (first.raised_ns - log.stamps[1200]) as f64 * 1e-9;
+    assert!((0.0..2.0).contains(&seconds), "{first}");
+    assert_eq!(first.raised_by, RaisedBy::Number);
+    assert_eq!((first.test.as_str(), first.groups.len()), ("numbers", 1));
+}
+
+#[test]
+fn stamps_unlike_the_trusted_ones_are_told_once() {
+    let monitor = monitor();
+    let log = trajectory(Platform::Vehicle, 29, 3000, 20.0);
+    let of_stamps = |log: &Trajectory| -> Vec<(i64, String)> {
+        let said = all_said(&mut monitor.stream(log.frame).unwrap(), log);
+        said.iter()
+            .filter_map(|said| match said {
+                Said::Event(event) => match &event.kind {
+                    EventKind::Stamps(_) => Some((event.stamp_ns, event.to_string())),
+                    _ => None,
+                },
+                _ => None,
+            })
+            .collect()
+    };
+    assert_eq!(of_stamps(&log), []);
+    let lossy = Injected::Drop { share: 0.25 };
+    let heard = of_stamps(&lossy.apply(&log, 1000..2000, 3).unwrap());
+    let lost: Vec<_> = heard
+        .iter()
+        .filter(|(_, s)| s.contains("missing"))
+        .collect();
+    assert_eq!(lost.len(), 1, "{heard:?}");
+    let seconds = (lost[0].0 - log.stamps[1000]) as f64 * 1e-9;
+    assert!((0.0..6.0).contains(&seconds), "{heard:?}");
+    let stall = Injected::Stall { seconds: 0.4 };
+    let heard = of_stamps(&stall.apply(&log, 1000..1100, 3).unwrap());
+    assert!(heard[0].1.contains("pause"), "{heard:?}");
 }

@@ -61,6 +61,13 @@ pub struct Watch {
     /// Go on from this file where it is there, and leave there how things stand in the end
     #[arg(long, value_name = "FILE")]
     pub state: Option<PathBuf>,
+    /// Keep a recording of poses, scores of windows, alarms and events for Foxglove, PlotJuggler or rerun, which can
+    /// be opened while it grows
+    #[arg(long, value_name = "FILE")]
+    pub mcap: Option<PathBuf>,
+    /// Replace whatever lies where the recording is to be
+    #[arg(long, requires = "mcap")]
+    pub force: bool,
     /// No words to standard error
     #[arg(long)]
     pub quiet: bool,

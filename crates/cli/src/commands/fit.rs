@@ -9,7 +9,7 @@ use crate::terminal::{Bar, count, progress, say};
 use anyhow::Result;
 use dose3::datasets::make_unique;
 use dose3::detector::LeftOut;
-use dose3::{Detector, FitOptions, Trajectory};
+use dose3::{Detector, FitOptions, StreamOptions, Trajectory};
 
 pub fn run(args: &Fit) -> Result<()> {
     let out = OutputFile::new(&args.out, DETECTOR, args.force)?;
@@ -26,6 +26,13 @@ pub fn run(args: &Fit) -> Result<()> {
     out.save(&fitted.detector.to_bytes()?)?;
     for note in &fitted.notes {
         say(&format!("note: {}", with_flag(note)));
+    }
+    // Whether streams by it keep what they promise; a detector that counts poses has none.
+    if let Ok(monitor) = fitted.detector.monitor(&StreamOptions::default()) {
+        let apart = monitor.apart();
+        if apart.breaks_the_promise() {
+            say(&format!("note: for `dose3 watch`: {apart}"));
+        }
     }
     let statistics = &fitted.detector.header().statistics;
     let calibration = statistics.calibration();

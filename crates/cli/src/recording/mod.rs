@@ -1,15 +1,17 @@
 //! A judged log as a recording that Foxglove, PlotJuggler and rerun open: poses, scores, motion against what is trusted,
 //! and the bad stretches as log messages, all at the stamps of the log.
 
-mod container;
+mod live;
 mod schema;
 mod wire;
 
-use container::{Channel, Recording};
 use dose3::datasets::Trajectory;
+use dose3::datasets::mcap::{Channel, MAGIC, Recording};
 use dose3::series::{Axis, Quantity, Series};
 use dose3::{Detector, Pose, Report, Score};
 use wire::Wire;
+
+pub use live::Live;
 
 /// Frames of the poses.
 const WORLD: &str = "world";
@@ -17,6 +19,7 @@ const BODY: &str = "body";
 /// Levels of `foxglove.Log`.
 const INFO: u64 = 2;
 const WARNING: u64 = 3;
+const ERROR: u64 = 4;
 /// Share of the trusted poses on either side of what is trusted.
 const BEYOND: f64 = 0.001;
 
@@ -47,7 +50,11 @@ impl Channels {
 pub fn is_own(start: &[u8]) -> bool {
     // Magic number, code and length of the header, an empty profile, the length of the writer's name.
     const WRITER: usize = 8 + 9 + 4 + 4;
-    start.starts_with(container::MAGIC) && start.get(WRITER..WRITER + 6) == Some(b"dose3 ")
+    start.starts_with(MAGIC) && start.get(WRITER..WRITER + 6) == Some(b"dose3 ")
+}
+
+fn own_recording() -> Recording {
+    Recording::new(concat!("dose3 ", env!("CARGO_PKG_VERSION")))
 }
 
 /// The bytes of the recording of `log`, of which `detector` gave `report`.
@@ -56,7 +63,7 @@ pub fn is_own(start: &[u8]) -> bool {
 /// A log that `detector` does not judge.
 pub fn recording(detector: &Detector, log: &Trajectory, report: &Report) -> dose3::Result<Vec<u8>> {
     let series = detector.series(log, report)?;
-    let mut recording = Recording::new(concat!("dose3 ", env!("CARGO_PKG_VERSION")));
+    let mut recording = own_recording();
     let channels = Channels::new(&mut recording);
     let clock = Clock::new(&series);
     let windows = report.window_of_each_pose();
@@ -209,17 +216,21 @@ fn pose_message(pose: &Pose) -> Wire {
 }
 
 fn position(pose: &Pose) -> Wire {
-    let t = pose.translation;
-    Wire::default().double(1, t.x).double(2, t.y).double(3, t.z)
+    vector_message(pose.translation.into())
+}
+
+fn vector_message([x, y, z]: [f64; 3]) -> Wire {
+    Wire::default().double(1, x).double(2, y).double(3, z)
 }
 
 fn attitude(pose: &Pose) -> Wire {
     let q = dose3::nalgebra::UnitQuaternion::from_rotation_matrix(&pose.rotation);
-    Wire::default()
-        .double(1, q.i)
-        .double(2, q.j)
-        .double(3, q.k)
-        .double(4, q.w)
+    quaternion_message([q.i, q.j, q.k, q.w])
+}
+
+fn quaternion_message([x, y, z, w]: [f64; 4]) -> Wire {
+    let xyz = Wire::default().double(1, x).double(2, y).double(3, z);
+    xyz.double(4, w)
 }
 
 fn score(report: &Report, series: &Series, i: usize, window: Option<usize>) -> Wire {

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::code::{self, MAGIC};
 use super::container::{Channel, Encoding, Fault, Visitor, plain_kind, unpack, unpack_front};
 use super::data::{Cursor, Data};
 
-const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// A footer record and the magic number behind it.
 const TAIL: u64 = 9 + 20 + 8;
 /// Code and length of a record.
@@ -22,18 +22,6 @@ const LONGEST_CHUNK: u64 = 1 << 30;
 const MOST_AT_ONCE: usize = 8;
 /// ... and what they may become together, unless one alone is larger.
 const MOST_UNPACKED: u64 = 128 << 20;
-
-mod code {
-    pub const FOOTER: u8 = 0x02;
-    pub const SCHEMA: u8 = 0x03;
-    pub const CHANNEL: u8 = 0x04;
-    pub const MESSAGE: u8 = 0x05;
-    pub const CHUNK: u8 = 0x06;
-    pub const MESSAGE_INDEX: u8 = 0x07;
-    pub const CHUNK_INDEX: u8 = 0x08;
-    pub const STATISTICS: u8 = 0x0b;
-    pub const DATA_END: u8 = 0x0f;
-}
 
 /// An open file.
 pub(crate) struct Mcap<'a> {

@@ -1,6 +1,7 @@
 //! Recordings of ROS: MCAP files, ROS 1 bags, ROS 2 bags in SQLite, and folders of them.
 
 mod bag;
+mod code;
 mod container;
 mod contents;
 mod data;
@@ -10,6 +11,7 @@ mod message;
 mod open;
 mod sqlite;
 mod tf;
+pub(crate) mod write;
 
 use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -27,6 +29,7 @@ use crate::{
     StampUnit, Trajectory,
 };
 
+pub(crate) use code::MAGIC;
 pub use contents::{Chain, Contents, Topic, contents};
 pub(crate) use open::{is_folder, open};
 

@@ -3,6 +3,7 @@
 use super::extent;
 use super::header::ShorterWindows;
 use super::short::ShortReference;
+use super::span;
 use super::{Detector, DetectorHeader, VERSION, WholeReference};
 use crate::backend::Computing;
 use crate::built_in;
@@ -353,6 +354,10 @@ impl DetectorBuilder {
             true => ShortReference::fit(&logs, &groups, &probe, statistics.config())?,
             false => None,
         };
+        let spans = match needs.exacting() {
+            true => span::fit(&logs, &groups, kept, needs.rate)?,
+            false => Vec::new(),
+        };
         let header = DetectorHeader {
             format_version: VERSION,
             rate: needs.rate,
@@ -369,6 +374,7 @@ impl DetectorBuilder {
             whole,
             ranges,
             short,
+            spans,
             version: env!("CARGO_PKG_VERSION").to_string(),
         };
         Ok(Fitted {

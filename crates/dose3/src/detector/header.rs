@@ -9,6 +9,7 @@ use crate::probe::{MOST_DRAWS, ProbePlan, ProbeReference};
 use crate::series::TrustedRanges;
 use dose3_datasets::{Frame, Kind};
 use dose3_diffusion::NoiseSharing;
+use dose3_ood::alarm::SpanReference;
 use dose3_ood::{DetectorStatistics, PoseReference};
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +67,9 @@ pub struct DetectorHeader {
     /// Short windows, for streams; none in detectors of format 3 and where statistics need more than steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub short: Option<ShortReference>,
+    /// A few steps by single numbers, for streams; none in detectors of format 3 and of models that only count poses.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spans: Vec<SpanReference>,
     /// Version of the software that fitted it.
     pub version: String,
 }
@@ -268,6 +272,7 @@ impl Before3 {
             whole: WholeReference::default(),
             ranges: None,
             short: None,
+            spans: Vec::new(),
             version: self.version,
         })
     }

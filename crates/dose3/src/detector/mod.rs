@@ -6,6 +6,7 @@ mod header;
 mod judge;
 mod loaded;
 mod short;
+mod span;
 mod summary;
 mod whole;
 

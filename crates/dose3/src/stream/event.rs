@@ -1,5 +1,6 @@
 //! What may be wrong with poses as they come.
 
+use dose3_ood::timing::StampFinding;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -70,6 +71,9 @@ pub enum EventKind {
         /// What was wrong with the last one.
         what: Fault,
     },
+    /// The last stamps come unlike those of the trusted logs: poses are lost, pause, scatter, come doubled or at another
+    /// pace. Said once while it lasts.
+    Stamps(StampFinding),
     /// Numbers so large that no statistic of the window is one.
     Unmeasured {
         /// How many windows since the last report of this kind.
@@ -140,6 +144,7 @@ impl fmt::Display for Event {
             EventKind::BadPose { count, what } => {
                 write!(f, "{} with {what}, left out", poses(count))
             }
+            EventKind::Stamps(finding) => finding.fmt(f),
             EventKind::Unmeasured { count } => {
                 write!(f, "windows with numbers too large to be judged ({count})")
             }

@@ -2,12 +2,14 @@
 
 use super::event::Fault;
 use super::sampler::Sampler;
+use super::stamps::Stamps;
 use super::state::{Flat, MOST};
 use super::{Event, EventKind, Monitor, Said};
 use dose3_datasets::same_rate;
 use dose3_lie::nalgebra::Quaternion;
 use dose3_lie::project::{orthogonality_error, project};
 use dose3_lie::{Pose, Rotation, Vector};
+use dose3_ood::timing::StampLevels;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -36,6 +38,8 @@ pub(super) struct Intake {
     pushed: u64,
     /// Poses not yet fed, with their number; more than one while the rate is being found.
     waiting: VecDeque<(i64, u64, Flat)>,
+    /// Number of the last pose fed.
+    taken: u64,
     /// The last pose fed.
     last: Option<(i64, Flat)>,
     /// Stamp of the last pose taken in.
@@ -55,6 +59,7 @@ pub(super) struct Intake {
     bad: Muted,
     unmeasured: Muted,
     resets: Muted,
+    stamps: Stamps,
 }
 
 /// Counts what happens again and again.
@@ -128,6 +133,7 @@ impl Intake {
         Self {
             pushed: 0,
             waiting: VecDeque::with_capacity(RATE_POSES),
+            taken: 0,
             last: None,
             newest: None,
             hertz: options.rate_hz,
@@ -141,6 +147,7 @@ impl Intake {
             bad: Muted::default(),
             unmeasured: Muted::default(),
             resets: Muted::default(),
+            stamps: Stamps::new(),
         }
     }
 
@@ -165,6 +172,8 @@ impl Intake {
             && self.waiting.iter().all(|(_, number, _)| *number < MOST)
             && flats.all(Flat::is_pose)
             && muted.iter().all(|muted| muted.fits())
+            && self.taken < MOST
+            && self.stamps.fits()
     }
 
     fn is_fast_enough(&self) -> bool {
@@ -207,6 +216,7 @@ impl Intake {
         if let Some(newest) = self.newest.filter(|newest| stamp <= *newest) {
             let back = newest.abs_diff(stamp) as f64 * 1e-9;
             if stamp == newest {
+                self.stamps.repeat();
                 if let Some(count) = self.doubled.count(stamp) {
                     said.push(event(stamp, number, EventKind::Doubled { count }));
                 }
@@ -230,6 +240,7 @@ impl Intake {
     pub fn forget(&mut self) {
         self.last = None;
         self.newest = None;
+        self.stamps.begin_stretch();
     }
 
     /// The next of what waits; nothing while the rate is not known. `ending`: no more will come.
@@ -261,12 +272,28 @@ impl Intake {
         }
         self.waiting.pop_front();
         self.last = Some((stamp, flat));
+        self.taken = number;
         Some(Taken::Pose(stamp, flat.pose()))
+    }
+
+    /// Looks at the stamp of a pose that was taken; `sorted` is a buffer.
+    pub fn look_at_stamp(
+        &mut self,
+        stamp: i64,
+        levels: &StampLevels,
+        sorted: &mut Vec<f64>,
+        said: &mut Vec<Said>,
+    ) {
+        let (period, pose) = (self.hertz.map_or(0.0, f64::recip), self.taken);
+        self.stamps.push(stamp, period, levels, sorted, |finding| {
+            said.push(event(stamp, pose, EventKind::Stamps(finding)));
+        });
     }
 
     /// A new stretch begins; an estimator that jumps again and again is told once in a while.
     fn begin(&mut self, stamp: i64, number: u64, kind: EventKind, said: &mut Vec<Said>) {
         self.last = None;
+        self.stamps.begin_stretch();
         let kind = match kind {
             EventKind::Reset { metres, .. } => match self.resets.count(stamp) {
                 Some(count) => EventKind::Reset { count, metres },

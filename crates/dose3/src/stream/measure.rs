@@ -4,6 +4,7 @@ use super::Monitor;
 use super::ring::Ring;
 use crate::error::{Error, Result};
 use dose3_datasets::{Frame, Window};
+use dose3_ood::alarm::{SpanRow, SpanWorkspace, span_row};
 use dose3_ood::detector::{SingleScores, SingleWorkspace};
 use dose3_ood::{DetectorStatistics, Sample, Workspace};
 use std::sync::PoisonError;
@@ -15,6 +16,9 @@ pub(super) struct Work {
     row: Vec<f64>,
     /// Scale by scale.
     singles: Vec<SingleWorkspace>,
+    span: SpanWorkspace,
+    /// Steps between stamps, in order of size.
+    pub sorted: Vec<f64>,
 }
 
 impl Work {
@@ -24,6 +28,8 @@ impl Work {
             statistics: Workspace::default(),
             row: Vec::new(),
             singles: singles.collect::<Result<_, _>>()?,
+            span: SpanWorkspace::default(),
+            sorted: Vec::new(),
         })
     }
 
@@ -47,6 +53,15 @@ impl Work {
         }
         let work = &mut self.singles[scale];
         Ok(Some(of.statistics.score_window(&self.row, work)?))
+    }
+
+    /// The numbers of the last `poses`; none where one is not finite.
+    pub fn span(&mut self, poses: usize, hertz: f64, ring: &Ring) -> Result<Option<SpanRow>> {
+        match span_row(ring.steps(poses), hertz, &mut self.span) {
+            Ok(row) => Ok(Some(row)),
+            Err(dose3_ood::Error::NotFinite { .. }) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
     }
 
     fn of_steps(&mut self, monitor: &Monitor, steps: &[f64]) -> Result<()> {

@@ -38,6 +38,7 @@
 mod alarm;
 mod event;
 mod intake;
+mod lifecycle;
 mod measure;
 mod monitor;
 mod options;
@@ -45,12 +46,14 @@ mod ring;
 mod said;
 mod sampler;
 mod scale;
+mod stamps;
 mod state;
 
 pub use alarm::{Alarm, AlarmKind, GroupChance};
+use dose3_ood::alarm::Change;
 pub use dose3_ood::alarm::RaisedBy;
 pub use event::{Event, EventKind, Fault};
-pub use monitor::Monitor;
+pub use monitor::{Apart, Monitor};
 pub use options::StreamOptions;
 pub use said::{Said, WindowResult};
 pub use state::StreamState;
@@ -61,8 +64,10 @@ use dose3_datasets::Frame;
 use dose3_lie::Pose;
 use dose3_lie::nalgebra::{Quaternion, UnitQuaternion};
 use intake::{Intake, Taken};
+use lifecycle::Lifecycle;
 use ring::Ring;
 use sampler::Sampler;
+use scale::SPAN_EVERY;
 use std::sync::Arc;
 
 /// A log that is judged while it grows. Many streams share one [`Monitor`]; each may live on a thread of its own.
@@ -72,7 +77,7 @@ pub struct Stream {
     intake: Intake,
     sampler: Sampler,
     ring: Ring,
-    alarm: alarm::Lifecycle,
+    alarm: Lifecycle,
     /// Windows measured.
     windows: u64,
     said: Vec<Said>,
@@ -102,8 +107,8 @@ impl Stream {
         Self {
             intake: Intake::new(&monitor),
             sampler: Sampler::new(monitor.rate()),
-            ring: Ring::new(monitor.poses(), monitor.keeps_poses()),
-            alarm: alarm::Lifecycle::new(&monitor),
+            ring: Ring::new(monitor.longest(), monitor.keeps_poses()),
+            alarm: Lifecycle::new(&monitor),
             windows: 0,
             said: Vec::with_capacity(4),
             monitor,
@@ -209,6 +214,7 @@ impl Stream {
         while let Some(taken) = self.intake.next(ending, &mut self.sampler, &mut self.said) {
             match taken {
                 Taken::Pose(stamp, pose) => {
+                    self.look_at_stamp(stamp);
                     self.sampler.arrive(stamp, pose);
                     self.sample()?;
                 }
@@ -216,6 +222,17 @@ impl Stream {
             }
         }
         Ok(())
+    }
+
+    fn look_at_stamp(&mut self, stamp: i64) {
+        let monitor = self.monitor.clone();
+        let Some(levels) = monitor.stamps() else {
+            return;
+        };
+        let mut work = monitor.borrow();
+        self.intake
+            .look_at_stamp(stamp, levels, &mut work.sorted, &mut self.said);
+        monitor.give_back(work);
     }
 
     fn end_stretch(&mut self) -> Result<()> {
@@ -231,6 +248,7 @@ impl Stream {
     fn sample(&mut self) -> Result<()> {
         while let Some((stamp, pose)) = self.sampler.next() {
             self.ring.push(stamp, pose, self.frame);
+            self.look_at_spans()?;
             // Short windows first: they end with the same pose and know more of it.
             for scale in (0..self.monitor.scales().len()).rev() {
                 let poses = self.monitor.scales()[scale].poses;
@@ -239,6 +257,27 @@ impl Stream {
                 if let Some(start) = start.filter(|start| start.is_multiple_of(every)) {
                     self.judge(scale, start)?;
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// Spans that end with the last pose, the shorter ones first.
+    fn look_at_spans(&mut self) -> Result<()> {
+        let monitor = self.monitor.clone();
+        for (index, span) in monitor.spans().iter().enumerate() {
+            let start = self.ring.window_start(span.poses);
+            if start.is_none_or(|start| !start.is_multiple_of(SPAN_EVERY)) {
+                continue;
+            }
+            let mut work = monitor.borrow();
+            let measured = work.span(span.poses, monitor.rate(), &self.ring);
+            monitor.give_back(work);
+            // Windows say that a number is none.
+            if let Some(row) = measured? {
+                let stretch = (&self.ring, self.frame);
+                self.alarm
+                    .look_at(&monitor, index, &row, stretch, &mut self.said);
             }
         }
         Ok(())
@@ -256,9 +295,10 @@ impl Stream {
             return Ok(());
         };
         let step = self.alarm.watch(of, scale, scores.tests);
+        let (poses, statistics) = (of.poses, &of.statistics);
         let window = WindowResult {
             number: self.windows,
-            first_stamp_ns: self.ring.first_stamp(of.poses),
+            first_stamp_ns: self.ring.first_stamp(poses),
             last_stamp_ns: self.ring.last_stamp(),
             score: scores.score,
             p_value: monitor.p_value(scores.score),
@@ -274,11 +314,17 @@ impl Stream {
                 self.said.push(Said::Window(window));
             }
         }
-        let evidence = alarm::Evidence {
-            scale,
-            window: &window,
-            step: &step,
-            groups: scores.groups,
+        let evidence = lifecycle::Evidence {
+            watcher: scale,
+            poses,
+            stamps: [window.first_stamp_ns, window.last_stamp_ns],
+            chance: window.chance,
+            excess: window.excess,
+            unusual: step.unusual,
+            raised: (step.change == Some(Change::Raised))
+                .then_some(step.by)
+                .flatten(),
+            shown: lifecycle::Shown::Groups(statistics, step.test, scores.groups),
             ring: &self.ring,
             frame: self.frame,
         };

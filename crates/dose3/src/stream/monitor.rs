@@ -1,6 +1,6 @@
 //! What all streams by one detector share: densities, levels, networks, buffers.
 
-use super::scale::{Scale, scales};
+use super::scale::{Scale, Span, scales, spans, stamps};
 use super::{Stream, StreamOptions, frame_error};
 use crate::detector::{Detector, DetectorHeader};
 use crate::error::Result;
@@ -9,11 +9,61 @@ use crate::probe::Probe;
 use dose3_datasets::Frame;
 use dose3_ood::Score;
 use dose3_ood::alarm::AlarmReference;
+use dose3_ood::timing::StampLevels;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use std::sync::{Arc, Mutex, PoisonError};
 
 pub(super) use super::measure::Work;
+
+/// How far the groups of trusted logs are apart; see [`Monitor::apart`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Apart {
+    /// Groups that would raise an alarm.
+    pub groups: usize,
+    /// Groups.
+    pub of: usize,
+    /// Hours of trusted windows.
+    pub hours: f64,
+    /// Alarms an hour that are allowed.
+    pub asked: f64,
+}
+
+/// So seldom would as many groups raise an alarm by chance that it is said.
+const SELDOM: f64 = 0.05;
+
+impl Apart {
+    /// Whether they are so many that the rate cannot be promised.
+    #[must_use]
+    pub fn breaks_the_promise(&self) -> bool {
+        // Chance of fewer under a Poisson distribution.
+        let mean = self.asked * self.hours;
+        let mut term = (-mean).exp();
+        let mut fewer = 0.0;
+        for count in 0..self.groups {
+            fewer += term;
+            term *= mean / (count + 1) as f64;
+        }
+        self.groups > 0 && 1.0 - fewer < SELDOM
+    }
+}
+
+impl std::fmt::Display for Apart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self {
+            groups,
+            of,
+            hours,
+            asked,
+        } = self;
+        write!(
+            f,
+            "{groups} of {of} groups of trusted logs, {hours:.2} hours together, would raise an alarm if the others alone \
+             had set the levels: they differ from each other by more than {asked} alarms an hour allows. Logs of a rig or a \
+             place that the trusted ones lack will raise more"
+        )
+    }
+}
 
 /// A detector made ready to judge streams; see [`Detector::monitor`].
 pub struct Monitor {
@@ -23,6 +73,9 @@ pub struct Monitor {
     poses: usize,
     every: usize,
     scales: Vec<Scale>,
+    spans: Vec<Span>,
+    /// Of stamps, where the trusted logs have some.
+    stamps: Option<StampLevels>,
     /// Networks, or a representation, where the statistics need more than steps of motion.
     pub(super) probe: Option<Mutex<Probe>>,
     fingerprint: String,
@@ -52,7 +105,12 @@ impl Monitor {
             what: "detector",
             reason,
         })?;
-        let options_said = json!(options).to_string();
+        // Whether windows are told changes no state.
+        let said_of = StreamOptions {
+            windows: true,
+            ..*options
+        };
+        let options_said = json!(said_of).to_string();
         let digest = Sha256::new().chain_update(said).chain_update(options_said);
         let fingerprint = digest.finalize()[..8]
             .iter()
@@ -60,11 +118,13 @@ impl Monitor {
             .collect();
         Ok(Self {
             template: Work::new(scales.iter().map(|scale| &scale.statistics))?,
-            header,
             needs,
             options: *options,
             poses,
             every,
+            spans: spans(&header, options),
+            stamps: stamps(&header, options),
+            header,
             scales,
             probe,
             fingerprint,
@@ -97,6 +157,47 @@ impl Monitor {
 
     pub(super) fn scales(&self) -> &[Scale] {
         &self.scales
+    }
+
+    pub(super) fn stamps(&self) -> Option<&StampLevels> {
+        self.stamps.as_ref()
+    }
+
+    pub(super) fn spans(&self) -> &[Span] {
+        &self.spans
+    }
+
+    /// Poses of the longest window or span.
+    pub(super) fn longest(&self) -> usize {
+        let spans = self.spans.iter().map(|span| span.poses);
+        spans.fold(self.poses, usize::max)
+    }
+
+    /// Poses of the shortest window or span: before there are so many, nothing is known.
+    #[must_use]
+    pub fn first_look(&self) -> usize {
+        let windows = self.scales.iter().map(|scale| scale.poses);
+        let spans = self.spans.iter().map(|span| span.poses);
+        windows.chain(spans).fold(self.poses, usize::min)
+    }
+
+    /// What the trusted logs themselves say of the rate: groups of them that would raise an alarm if the others alone had
+    /// set the levels, and the hours that they are. Where these are more than the rate allows, logs that are as unlike the
+    /// trusted ones as these are unlike each other raise more alarms than were asked for.
+    #[must_use]
+    pub fn apart(&self) -> Apart {
+        let mut groups: Vec<usize> = self
+            .alarms()
+            .flat_map(|a| a.basis().apart.clone())
+            .collect();
+        groups.sort_unstable();
+        groups.dedup();
+        Apart {
+            groups: groups.len(),
+            of: self.alarms().map(|a| a.basis().groups).max().unwrap_or(0),
+            hours: self.alarms().map(|a| a.basis().hours).fold(0.0, f64::max),
+            asked: self.options.alarms_per_hour,
+        }
     }
 
     /// Poses a second that are judged.
@@ -172,5 +273,26 @@ impl Monitor {
 
     pub(super) fn is_beyond(&self, score: Score) -> bool {
         score > self.header.statistics.calibration().threshold
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Apart;
+
+    #[test]
+    fn more_groups_than_chance_allows_break_the_promise() {
+        let of = |groups, hours| Apart {
+            groups,
+            of: 10,
+            hours,
+            asked: 1.0,
+        };
+        assert!(!of(0, 0.5).breaks_the_promise());
+        // One in half an hour has a chance of .39, three of .014.
+        assert!(!of(1, 0.5).breaks_the_promise());
+        assert!(of(3, 0.5).breaks_the_promise());
+        assert!(!of(3, 3.0).breaks_the_promise());
+        assert!(of(3, 0.5).to_string().starts_with("3 of 10 groups"));
     }
 }

@@ -1,7 +1,7 @@
 //! What is kept of a stream when its program ends.
 
-use super::alarm::Lifecycle;
 use super::intake::{FARTHEST, Intake, REPAIRED};
+use super::lifecycle::Lifecycle;
 use super::ring::Ring;
 use super::sampler::Sampler;
 use super::{Monitor, Stream};
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Version of [`StreamState`] that this build writes and reads.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// What a stream counts is less: a pose each nanosecond for a hundred days.
 pub(super) const MOST: u64 = 1 << 53;
@@ -103,7 +103,7 @@ impl Monitor {
         let fits = state.intake.fits(&stream.intake)
             && state.sampler.fits(&stream.sampler)
             && state.sampler.takes_as_they_are() == state.intake.are_samples()
-            && state.ring.fits(self.poses(), self.keeps_poses())
+            && state.ring.fits(self.longest(), self.keeps_poses())
             && state.alarm.fits(self)
             && state.windows < MOST;
         if !fits {

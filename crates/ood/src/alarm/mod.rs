@@ -14,7 +14,8 @@
 //!   calibrator: its expectation is 1 for a uniform p), and the products are kept as a CUSUM, `W <- max(W, 1) e`. If
 //!   the bets of a chain are e-values given the past, the mean time to a false alarm at `W >= A` is at least A windows
 //!   (the e-detector of Shin, Ramdas and Rinaldo 2023, Lorden's bound for CUSUM). Windows overlap, so one chain takes
-//!   every window that begins where its last one ended, and there are as many chains as windows that share a step.
+//!   every window that begins where its last one ended, and there are as many chains as windows that share a step;
+//! - **single numbers** of few steps ([`SpanReference`]): what is plain in one of them and short.
 //!
 //! Sound logs have rough patches, in which windows that share no step depend on each other all the same. So every level
 //! is the larger of two. One is what windows as independent as the trusted ones ask for: `ln(theta N / rate)` with N
@@ -30,9 +31,14 @@
 mod bet;
 mod peaks;
 mod reference;
+mod span;
 mod watch;
 
 pub use bet::ln_bet;
 pub use peaks::Peaks;
 pub use reference::{AlarmBasis, AlarmConfig, AlarmReference, LevelBasis, RunLevel};
+pub use span::{
+    SPAN_NUMBERS, SpanLevels, SpanReference, SpanRow, SpanSeries, SpanStep, SpanWatch,
+    SpanWorkspace, span_name, span_row,
+};
 pub use watch::{Change, RaisedBy, Watch, WatchStep};

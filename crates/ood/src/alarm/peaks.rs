@@ -14,6 +14,8 @@ pub struct Peaks {
     pub start: f64,
     /// Mean height of a cluster's peak above it.
     pub scale: f64,
+    /// Height of the highest.
+    pub highest: f64,
     /// Clusters.
     pub clusters: usize,
     /// Hours of trusted windows.
@@ -50,6 +52,7 @@ impl Peaks {
         Some(Self {
             start,
             scale: scale.max(1e-9 * start.abs().max(1.0)),
+            highest: heights.iter().copied().fold(0.0, f64::max),
             clusters,
             hours,
         })
@@ -58,11 +61,18 @@ impl Peaks {
     /// The level that logs like the trusted ones pass `per_hour` times an hour: peaks above the start have an
     /// exponential tail, whose scale is known from the clusters only and integrated out.
     #[must_use]
-    pub fn level(&self, per_hour: f64) -> f64 {
+    pub fn tail(&self, per_hour: f64) -> f64 {
         // One cluster more than was seen: none in an hour does not mean none.
         let clusters = (self.clusters + 1) as f64;
         let fall = clusters / self.hours / per_hour;
         self.start + self.scale * clusters * (fall.ln().max(0.0) / clusters).exp_m1()
+    }
+
+    /// The same, but not below the highest peak: where groups of logs differ, their peaks fall off more slowly than such a
+    /// tail.
+    #[must_use]
+    pub fn level(&self, per_hour: f64) -> f64 {
+        self.tail(per_hour).max(self.start + self.highest)
     }
 }
 
@@ -80,11 +90,13 @@ mod tests {
         let peaks = Peaks::of(&[values.clone()], 4, 36.0).unwrap();
         assert_eq!((peaks.start, peaks.clusters, peaks.hours), (0.0, 2, 1.0));
         assert_eq!(peaks.scale, 2.0);
-        // Three an hour are passed at the start.
-        assert_eq!(peaks.level(3.0), 0.0);
-        let once = 2.0 * 3.0 * (3.0_f64.powf(1.0 / 3.0) - 1.0);
-        assert!((peaks.level(1.0) - once).abs() < 1e-12);
-        assert!(peaks.level(0.1) > peaks.level(1.0));
+        // Three an hour are passed at the start, by the tail; but none is lower than the highest.
+        assert_eq!(
+            (peaks.highest, peaks.tail(3.0), peaks.level(3.0)),
+            (3.0, 0.0, 3.0)
+        );
+        let seldom = 2.0 * 3.0 * (30.0_f64.powf(1.0 / 3.0) - 1.0);
+        assert!((peaks.level(0.1) - seldom).abs() < 1e-12);
         // A stretch ends a cluster.
         let cut = [values[..11].to_vec(), values[11..].to_vec()];
         assert_eq!(Peaks::of(&cut, 4, 36.0).unwrap().clusters, 3);
@@ -101,7 +113,7 @@ mod tests {
             })
             .collect();
         let peaks = Peaks::of(&[values], 0, 3600.0).unwrap();
-        let level = peaks.level(1e-3);
-        assert!((level - 1000.0_f64.ln()).abs() < 0.1, "{level}");
+        let level = peaks.level(1e-5);
+        assert!((level - 1e5_f64.ln()).abs() < 0.1, "{level}");
     }
 }

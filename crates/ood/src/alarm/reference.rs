@@ -42,6 +42,8 @@ pub struct AlarmBasis {
     pub runs: Vec<LevelBasis>,
     /// Evidence that adds up, ln W.
     pub summed: LevelBasis,
+    /// Groups of trusted logs that would raise an alarm by a window or a run if the others alone had set the level.
+    pub apart: Vec<usize>,
 }
 
 /// What one level rests on: the larger counts.
@@ -121,6 +123,13 @@ impl AlarmReference {
         let an_hour = 3600.0 / config.trusted_every;
         let mut runs: Vec<LevelBasis> = Vec::new();
         let mut chances = Vec::new();
+        let mut apart = Vec::new();
+        let groups: Vec<usize> = tests
+            .first()
+            .into_iter()
+            .flatten()
+            .map(|s| s.group)
+            .collect();
         for (least, length, share) in RUNS {
             let windows = ((length * overlap as f64).round() as usize).max(least);
             let known = detector.runs().iter().all(|r| r.knows(windows));
@@ -136,12 +145,16 @@ impl AlarmReference {
                 .iter()
                 .map(|stretch| stretch.iter().map(|ln_p| -ln_p).collect())
                 .collect();
-            let peaks = Peaks::of(&series, overlap, config.trusted_every);
-            runs.push(LevelBasis {
-                windows,
-                bound: (independent / rate).ln().max(0.0),
-                trusted: peaks.map(|peaks| peaks.level(rate)),
-            });
+            let level = |series: &[Vec<f64>]| {
+                let peaks = Peaks::of(series, overlap, config.trusted_every);
+                LevelBasis {
+                    windows,
+                    bound: (independent / rate).ln().max(0.0),
+                    trusted: peaks.map(|peaks| peaks.level(rate)),
+                }
+            };
+            runs.push(level(&series));
+            apart.extend(beyond_the_others(&series, &groups, |s| level(s).level()));
             if windows == 1 {
                 chances = found;
             }
@@ -166,6 +179,11 @@ impl AlarmReference {
                 hours: detector.calibration().windows.len() as f64 / an_hour,
                 runs,
                 summed,
+                apart: {
+                    apart.sort_unstable();
+                    apart.dedup();
+                    apart
+                },
             },
             reach: detector.runs().iter().map(RunReference::reach).collect(),
             config,
@@ -276,7 +294,10 @@ fn held_out_chances(
     groups.sort_unstable();
     groups.dedup();
     let runs = |stretch: &Stretch| erode(&stretch.scores, windows);
-    let mut chances: Vec<Vec<f64>> = first.iter().map(|s| vec![0.0; runs(s).len()]).collect();
+    let mut chances: Vec<(usize, Vec<f64>)> = first
+        .iter()
+        .map(|s| (s.group, vec![0.0; runs(s).len()]))
+        .collect();
     for group in &groups {
         for (test, ln_share) in tests.iter().zip(ln_shares) {
             let others: Vec<Stretch> = test
@@ -285,15 +306,42 @@ fn held_out_chances(
                 .cloned()
                 .collect();
             let reference = RunReference::new(&others, windows, overlap)?;
-            let own = test.iter().zip(&mut chances);
-            for (stretch, chances) in own.filter(|(s, _)| s.group == *group) {
+            // A test may lack a group that stands apart in it.
+            let own = test.iter().filter(|s| s.group == *group);
+            let of_group = chances.iter_mut().filter(|(of, _)| of == group);
+            for (stretch, (_, chances)) in own.zip(of_group) {
                 for (score, chance) in runs(stretch).iter().zip(chances) {
                     *chance = chance.min(reference.run_ln_p(windows, *score) - ln_share);
                 }
             }
         }
     }
-    Ok(chances)
+    Ok(chances.into_iter().map(|(_, chances)| chances).collect())
+}
+
+/// The groups with a value beyond the level that the others alone would set; none of fewer than three groups, of which
+/// the others are one.
+fn beyond_the_others(
+    series: &[Vec<f64>],
+    groups: &[usize],
+    level: impl Fn(&[Vec<f64>]) -> f64,
+) -> Vec<usize> {
+    let mut names = groups.to_vec();
+    names.sort_unstable();
+    names.dedup();
+    if names.len() < 3 {
+        return Vec::new();
+    }
+    names.retain(|name| {
+        let of = |own: bool| {
+            let all = series.iter().zip(groups);
+            all.filter(move |(_, group)| (*group == name) == own)
+        };
+        let highest = of(true).flat_map(|(s, _)| s).copied();
+        let others: Vec<Vec<f64>> = of(false).map(|(s, _)| s.clone()).collect();
+        highest.fold(f64::NEG_INFINITY, f64::max) >= level(&others)
+    });
+    names
 }
 
 /// What bets on the trusted windows add up to.

@@ -43,6 +43,8 @@ pub enum RaisedBy {
     Run,
     /// Evidence that added up.
     Sum,
+    /// A single number of a few steps.
+    Number,
 }
 
 /// What the watchers say of one window.

@@ -25,7 +25,7 @@ pub fn halfway(increments: &[f64]) -> Result<Vec<Twist>, Error> {
 }
 
 /// As [`halfway`], in the place of what `out` held.
-pub(super) fn halfway_into(increments: &[f64], out: &mut Vec<Twist>) -> Result<(), Error> {
+pub(crate) fn halfway_into(increments: &[f64], out: &mut Vec<Twist>) -> Result<(), Error> {
     out.clear();
     let length = increments.len() / CHANNELS;
     expect_len("body-frame increments", length * CHANNELS, increments.len())?;

@@ -5,7 +5,7 @@ use crate::statistics::quantile_sorted;
 use std::ops::Range;
 
 /// Steps of a span.
-const SPAN: usize = 64;
+pub(super) const SPAN: usize = 64;
 /// Steps between the starts of spans.
 const HOP: usize = SPAN / 2;
 /// A log has become regular where so many steps in a row are about a period long.
@@ -59,12 +59,13 @@ impl<'a> Cadence<'a> {
         let regular = &steps[settled..];
         let last = regular.len().saturating_sub(SPAN);
         let starts = (0..last.div_ceil(HOP) + 1).map(|hop| (hop * HOP).min(last));
+        let mut sorted = Vec::new();
         let spans = starts.map(|first| {
             let steps = &regular[first..(first + SPAN).min(regular.len())];
             let first = settled + first;
             Span {
                 poses: first..first + steps.len() + 1,
-                values: values(steps, period),
+                values: values(steps, period, &mut sorted),
             }
         });
         Some(Self {
@@ -164,26 +165,27 @@ fn settled(steps: &[f64], period: f64) -> usize {
     0
 }
 
-fn values(steps: &[f64], period: f64) -> [f64; 5] {
-    let mut sorted = steps.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let mut without_lost: Vec<f64> = steps
-        .iter()
-        .map(|step| without_lost(*step, period))
-        .collect();
-    without_lost.sort_by(f64::total_cmp);
+/// [`Symptom::Lost`] to [`Symptom::Pace`] of some steps, seconds; `sorted` is a buffer.
+pub(super) fn values(steps: &[f64], period: f64, sorted: &mut Vec<f64>) -> [f64; 5] {
+    sorted.clear();
+    sorted.extend(steps.iter().map(|step| without_lost(*step, period)));
+    sorted.sort_unstable_by(f64::total_cmp);
+    let quantile = |sorted: &[f64], q| quantile_sorted(sorted, q) / period;
+    let spread = (quantile(sorted, 0.84) - quantile(sorted, 0.16)) / 2.0;
+    sorted.clear();
+    sorted.extend(steps);
+    sorted.sort_unstable_by(f64::total_cmp);
     let share = |of: &dyn Fn(&f64) -> bool| {
         steps.iter().filter(|step| of(step)).count() as f64 / steps.len() as f64
     };
-    let quantile = |sorted: &[f64], q| quantile_sorted(sorted, q) / period;
     let missing = steps.iter().sum::<f64>() / period - steps.len() as f64;
     [
         share(&|step| *step >= 1.5 * period).min(missing.max(0.0) / steps.len() as f64),
         (sorted[sorted.len() - 1] - period).max(0.0),
-        (quantile(&without_lost, 0.84) - quantile(&without_lost, 0.16)) / 2.0,
+        spread,
         share(&|step| *step < 0.25 * period),
         // A median that stands still is as far from the log's as a step of a thousandth of it.
-        quantile(&sorted, 0.5).max(1e-3).ln().abs(),
+        quantile(sorted, 0.5).max(1e-3).ln().abs(),
     ]
 }
 

@@ -34,8 +34,10 @@ mod event;
 mod reference;
 mod student;
 mod symptom;
+mod watch;
 
 pub use cadence::{Cadence, Span};
 pub use event::TimingEvent;
 pub use reference::{TimingFinding, TimingReference, TimingVerdict};
 pub use symptom::Symptom;
+pub use watch::{StampFinding, StampLevels};

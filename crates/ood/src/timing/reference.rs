@@ -197,21 +197,39 @@ impl TimingReference {
             let below = scores.partition_point(|other| *other < score);
             (1 + scores.len() - below) as f64 / one_more
         } else {
-            let median = quantile_sorted(&scores, 0.5);
-            // Of n values, the highest is expected where the tail has fallen to 1 / (n + 1).
-            let fallen = (one_more / 2.0).ln();
-            let scale = if fallen > 0.0 {
-                (highest - median) / fallen
-            } else {
-                0.0
-            };
-            (-(score - highest) / scale.max(SCALE)).exp() / one_more
+            let (highest, scale) = self.tail(symptom);
+            (-(score - highest) / scale).exp() / one_more
         };
         // A log with more spans than the trusted ones has more chances of a bad one.
+        let longer = spans as f64 / self.usual_spans() as f64;
+        -((-chance).ln_1p() * longer.max(1.0)).exp_m1()
+    }
+
+    /// The highest trusted score of a symptom, and how slowly the tail beyond it falls.
+    pub(super) fn tail(&self, symptom: Symptom) -> (f64, f64) {
+        let mut scores: Vec<f64> = self.scores(symptom).collect();
+        scores.sort_by(f64::total_cmp);
+        let (highest, median) = (scores[scores.len() - 1], quantile_sorted(&scores, 0.5));
+        // Of n values, the highest is expected where the tail has fallen to 1 / (n + 1).
+        let fallen = ((scores.len() + 1) as f64 / 2.0).ln();
+        let scale = if fallen > 0.0 {
+            (highest - median) / fallen
+        } else {
+            0.0
+        };
+        (highest, scale.max(SCALE))
+    }
+
+    /// The mean step of the trusted logs, seconds.
+    pub(super) fn usual_period(&self) -> f64 {
+        mean(self.groups.iter().map(|group| group.ln_period)).exp()
+    }
+
+    /// Spans of the group in the middle.
+    pub(super) fn usual_spans(&self) -> usize {
         let mut lengths: Vec<usize> = self.groups.iter().map(|group| group.spans).collect();
         lengths.sort_unstable();
-        let longer = spans as f64 / lengths[lengths.len() / 2] as f64;
-        -((-chance).ln_1p() * longer.max(1.0)).exp_m1()
+        lengths[lengths.len() / 2]
     }
 
     /// Chance of a rate as far from the mean trusted one: Student's t, of a spread that is known beforehand in part.

@@ -18,7 +18,9 @@ const FAULTY: usize = 100;
 const BETWEEN: f64 = 1.4;
 
 /// What is injected.
-pub struct Plan {
+pub struct Plan<'a> {
+    /// Only these names; all where empty.
+    pub kinds: &'a [String],
     /// Validation or test.
     pub part: Part,
     /// Most pieces.
@@ -63,7 +65,7 @@ pub struct Piece {
 pub fn run(
     (set, logs, tested): (char, &[Trajectory], &[usize]),
     fitted: &Fitted,
-    plan: &Plan,
+    plan: &Plan<'_>,
 ) -> Result<Vec<Delays>> {
     let pieces = of_logs(logs, tested, LENGTH, plan.most);
     let factor = match plan.part {
@@ -75,6 +77,7 @@ pub fn run(
         .flatten()
         .map(|(.., fault)| fault.stronger(factor))
         .step_by(plan.step)
+        .filter(|fault| plan.kinds.is_empty() || plan.kinds.iter().any(|k| k == fault.name()))
         .collect();
     all.par_iter()
         .map(|fault| {

@@ -6,12 +6,15 @@ mod real;
 mod render;
 pub mod soak;
 mod sound;
+mod stamps;
 
 use crate::data::DataRoot;
+use crate::faults::protocol::LogSet;
 use crate::faults::{self as benchmark, Part};
 use crate::options::Options;
 use crate::provenance::{Provenance, Start, write_document};
-use crate::verdicts::fold;
+use crate::verdicts::fold::{self, Fold};
+use crate::verdicts::timing::has_stamps;
 use anyhow::Result;
 use dose3::stream::{Alarm, AlarmKind, Monitor, Said, StreamOptions};
 use dose3::{Detector, atomic};
@@ -29,6 +32,8 @@ pub struct LiveOptions {
     pub pieces: Option<usize>,
     /// Only one choice of trusted logs.
     pub one_fold: bool,
+    /// Only faults of these names; all where empty.
+    pub kinds: Vec<String>,
     /// Of the faults.
     pub seed: u64,
     /// False alarms an hour that are allowed.
@@ -43,6 +48,10 @@ const QUICK_PIECES: usize = 4;
 const QUICK_FAULTS: usize = 6;
 /// Folds of the logs of `vio`.
 const VIO_FOLDS: usize = 10;
+/// Folds of the logs of one rig.
+const RIG_FOLDS: usize = 5;
+/// Fewest recordings of a rig whose alarms say something.
+const RIG_RECORDINGS: usize = 4;
 
 /// Everything that was measured.
 #[derive(Serialize)]
@@ -57,6 +66,7 @@ struct Record {
     levels: Vec<Levels>,
     faults: Vec<faults::Delays>,
     sound: Vec<sound::Sound>,
+    stamps: Vec<stamps::Stamps>,
     real: Vec<real::Diverged>,
 }
 
@@ -102,6 +112,7 @@ pub fn run(options: &Options, of_live: &LiveOptions) -> Result<()> {
         levels: Vec::new(),
         faults: Vec::new(),
         sound: Vec::new(),
+        stamps: Vec::new(),
         real: Vec::new(),
     };
     let one = options.quick || of_live.one_fold;
@@ -127,9 +138,12 @@ pub fn run(options: &Options, of_live: &LiveOptions) -> Result<()> {
                     most: most.div_ceil(folds.len()),
                     seed: 2 * of_live.seed + u64::from(of_live.part == Part::Validation),
                     step,
+                    kinds: &of_live.kinds,
                 },
             )?;
             faults::add(&mut record.faults, found);
+            let of_stamps = (of_live.part, most.div_ceil(folds.len()), of_live.seed);
+            record.of_stamps(options, of_live, set, fold, of_stamps)?;
         }
         println!("{}: {} folds", set.name, folds.len());
     }
@@ -160,10 +174,50 @@ fn vio(
         record.real.extend(vio.diverged(&fold.tested, &fitted)?);
     }
     println!("vio: {} folds", folds.len());
+    // The same of one rig at a time: what is trusted and what is watched are alike.
+    for rig in &vio.rigs() {
+        let groups: Vec<usize> = rig.iter().map(|log| vio.groups[*log]).collect();
+        let groups = real::numbered(&groups);
+        if groups
+            .iter()
+            .max()
+            .is_none_or(|last| *last + 1 < RIG_RECORDINGS)
+        {
+            continue;
+        }
+        for fold in fold::by_group(&groups, RIG_FOLDS) {
+            let of = |logs: &[usize]| -> Vec<usize> { logs.iter().map(|l| rig[*l]).collect() };
+            let (fitted, tested) = (of(&fold.fitted), of(&fold.tested));
+            let fitted = Fitted::new(options, of_live, &vio.trusted, &fitted)?;
+            let tested = ('V', vio.trusted.as_slice(), tested.as_slice());
+            record
+                .sound
+                .extend(sound::run("vio, one rig", tested, &fitted)?);
+        }
+    }
     Ok(())
 }
 
 impl Record {
+    /// Stamps are looked at as they were recorded, by a detector of logs that are.
+    fn of_stamps(
+        &mut self,
+        options: &Options,
+        of_live: &LiveOptions,
+        set: &LogSet,
+        fold: &Fold,
+        settings: (Part, usize, u64),
+    ) -> Result<()> {
+        if !set.raw.iter().all(has_stamps) {
+            return Ok(());
+        }
+        let fitted = Fitted::new(options, of_live, &set.raw, &fold.fitted)?;
+        let tested = (set.raw.as_slice(), fold.tested.as_slice());
+        let found = stamps::run(set.name, tested, &fitted, settings)?;
+        stamps::add(&mut self.stamps, found);
+        Ok(())
+    }
+
     fn note(&mut self, set: &'static str, fitted: &Fitted) {
         self.every = fitted.every();
         for alarm in fitted.monitor.alarms() {

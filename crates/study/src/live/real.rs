@@ -5,7 +5,7 @@ use crate::data::DataRoot;
 use crate::verdicts::real::{numbers, read, recording};
 use anyhow::Result;
 use dose3_datasets::Trajectory;
-use dose3_ood::alarm::{AlarmReference, RaisedBy};
+use dose3_ood::alarm::RaisedBy;
 use serde::Serialize;
 
 /// Poses of the windows of verdicts.
@@ -65,15 +65,23 @@ impl Vio {
         }))
     }
 
+    /// Trusted logs by rig: what their names begin with.
+    pub fn rigs(&self) -> Vec<Vec<usize>> {
+        let rig = |log: &Trajectory| log.name.split('_').next().unwrap_or_default().to_owned();
+        let mut rigs: Vec<(String, Vec<usize>)> = Vec::new();
+        for (index, log) in self.trusted.iter().enumerate() {
+            let name = rig(log);
+            match rigs.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, logs)) => logs.push(index),
+                None => rigs.push((name, vec![index])),
+            }
+        }
+        rigs.into_iter().map(|(_, logs)| logs).collect()
+    }
+
     /// The diverged estimates of the recordings of some trusted logs.
     pub fn diverged(&self, tested: &[usize], fitted: &Fitted) -> Result<Vec<Diverged>> {
-        let steps = |alarm: &AlarmReference| alarm.config().overlap * fitted.monitor.every();
-        let first = fitted
-            .monitor
-            .alarms()
-            .map(steps)
-            .min()
-            .unwrap_or(POSES - 1);
+        let first = fitted.monitor.first_look() - 1;
         let mut found = Vec::new();
         for log in &self.others {
             let of = recording(&log.name);
@@ -99,6 +107,19 @@ impl Vio {
         }
         Ok(found)
     }
+}
+
+/// Groups numbered from 0 on, in order of their first members.
+pub fn numbered(groups: &[usize]) -> Vec<usize> {
+    let mut known = Vec::new();
+    let number = |group: &usize| match known.iter().position(|k| k == group) {
+        Some(number) => number,
+        None => {
+            known.push(*group);
+            known.len() - 1
+        }
+    };
+    groups.iter().map(number).collect()
 }
 
 /// Metres travelled in the second before each pose.

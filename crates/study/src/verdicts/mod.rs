@@ -15,7 +15,7 @@ mod reasons;
 mod render;
 mod run;
 mod table;
-mod timing;
+pub(crate) mod timing;
 mod whole;
 mod windows;
 

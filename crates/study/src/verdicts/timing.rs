@@ -154,11 +154,15 @@ fn of_logs(logs: &[Trajectory], tested: &[usize], most: usize) -> Vec<Piece> {
 }
 
 /// For ten seconds from two fifths of the piece on; jitter on all of it.
-fn inject(fault: &Fault, piece: &Trajectory, seed: u64) -> Result<Trajectory> {
+///
+/// # Errors
+/// A fault that cannot be injected.
+pub fn inject(fault: &Fault, piece: &Trajectory, seed: u64) -> Result<Trajectory> {
     Ok(fault.apply(piece, range(fault, piece), seed)?)
 }
 
-fn range(fault: &Fault, piece: &Trajectory) -> Range<usize> {
+/// Where [`inject`] puts a fault.
+pub fn range(fault: &Fault, piece: &Trajectory) -> Range<usize> {
     let stretch = stretches(piece, piece.max_gap)
         .into_iter()
         .max_by_key(ExactSizeIterator::len)

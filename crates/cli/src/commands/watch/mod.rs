@@ -3,10 +3,13 @@
 mod source;
 
 use crate::args::Watch;
+use crate::output_file::{Kind, OutputFile};
 use crate::pose_line;
+use crate::recording::{Live, is_own};
 use crate::terminal::say;
 use anyhow::{Context, Result, bail};
 use dose3::logs::ReadOptions;
+use dose3::nalgebra::UnitQuaternion;
 use dose3::stream::{Said, StreamState};
 use dose3::{Detector, Stream, StreamOptions, atomic};
 use serde::Serialize;
@@ -19,6 +22,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
+/// Only what this program wrote is replaced unasked.
+const RECORDING: Kind = Kind {
+    name: "recording of an earlier run",
+    begins: is_own,
+};
 /// Longest wait for a pose before signals and the heartbeat are looked at.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// A pose that waited longer is a lag to be told.
@@ -69,6 +77,8 @@ struct Standing<'a> {
 
 struct Watcher<'a> {
     args: &'a Watch,
+    /// The recording, where one is kept.
+    live: Option<Live>,
     stream: Stream,
     out: io::StdoutLock<'static>,
     lines: u64,
@@ -93,8 +103,12 @@ pub fn run(args: &Watch) -> Result<u8> {
         rate_hz: args.rate,
         max_gap_s: args.max_gap,
         reset_m: args.reset,
-        windows: args.windows,
+        windows: args.windows || args.mcap.is_some(),
     })?;
+    let apart = monitor.apart();
+    if apart.breaks_the_promise() && !args.quiet {
+        say(&format!("note: {apart}"));
+    }
     let stop = Arc::new(AtomicBool::new(false));
     let (source, frame) = match (&args.realtime, &args.follow) {
         (Some(path), _) => {
@@ -125,6 +139,14 @@ pub fn run(args: &Watch) -> Result<u8> {
         Some(path) => monitor.resume(read_state(path)?)?,
         None => monitor.stream(frame)?,
     };
+    let live = match &args.mcap {
+        Some(path) => {
+            let file = OutputFile::new(path, RECORDING, args.force)?;
+            let calibration = detector.header().statistics.calibration();
+            Some(Live::begin(file.path(), calibration.threshold.value())?)
+        }
+        None => None,
+    };
     for signal in [SIGTERM, SIGINT] {
         // The second one ends the program, even where nobody takes its last line.
         signal_hook::flag::register_conditional_shutdown(signal, 2, stop.clone())
@@ -133,6 +155,7 @@ pub fn run(args: &Watch) -> Result<u8> {
     }
     let mut watcher = Watcher {
         args,
+        live,
         stream,
         out: io::stdout().lock(),
         lines: 0,
@@ -152,6 +175,9 @@ pub fn run(args: &Watch) -> Result<u8> {
     }
     let ending = watcher.standing(&source, Some(reason));
     let state = ending.state;
+    if let Some(live) = watcher.live.take() {
+        live.end(&format!("the recording ends: {reason}"))?;
+    }
     match watcher.write(&Note::End(ending)) {
         Err(error) if !is_broken_pipe(&error) => return Err(error),
         _ => {}
@@ -202,6 +228,9 @@ impl Watcher<'_> {
                     return Ok("end of input");
                 }
             }
+            if let Some(live) = &mut self.live {
+                live.tick()?;
+            }
             if !pause.is_zero() && heartbeat.elapsed() >= pause {
                 heartbeat = Instant::now();
                 let standing = self.standing(source, None);
@@ -216,6 +245,10 @@ impl Watcher<'_> {
             Item::Break => self.stream.finish()?.to_vec(),
             Item::Pose(stamp, pose) => {
                 self.last_stamp = Some(stamp);
+                if let Some(live) = &mut self.live {
+                    let turn = UnitQuaternion::from_rotation_matrix(&pose.rotation);
+                    live.pose(stamp, pose.translation.into(), turn.coords.into());
+                }
                 self.stream.push(stamp, pose)?.to_vec()
             }
             Item::Line(line) => {
@@ -225,6 +258,9 @@ impl Watcher<'_> {
                     Ok(Some(pose)) => {
                         self.last_stamp = Some(pose.stamp_ns);
                         let (position, orientation) = (pose.position, pose.orientation);
+                        if let Some(live) = &mut self.live {
+                            live.pose(pose.stamp_ns, position, orientation);
+                        }
                         let said =
                             self.stream
                                 .push_quaternion(pose.stamp_ns, position, orientation);
@@ -273,7 +309,13 @@ impl Watcher<'_> {
                     self.words(&alarm.to_string());
                 }
             }
-            self.write(said)?;
+            if let Some(live) = &mut self.live {
+                live.said(said)?;
+            }
+            // A recording wants windows that nobody asked to be told of.
+            if self.args.windows || !matches!(said, Said::Window(_)) {
+                self.write(said)?;
+            }
         }
         Ok(())
     }

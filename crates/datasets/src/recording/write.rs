@@ -1,31 +1,30 @@
 //! MCAP (<https://mcap.dev/spec>) as it is written: chunks of messages, packed with LZ4, and an index at the end.
 
+use super::code::{self, MAGIC};
 use std::collections::BTreeMap;
 use std::io::Write;
 
-pub const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// A chunk of about this many bytes is closed.
 const CHUNK: usize = 1 << 20;
 
-mod code {
-    pub const HEADER: u8 = 0x01;
-    pub const FOOTER: u8 = 0x02;
-    pub const SCHEMA: u8 = 0x03;
-    pub const CHANNEL: u8 = 0x04;
-    pub const MESSAGE: u8 = 0x05;
-    pub const CHUNK: u8 = 0x06;
-    pub const MESSAGE_INDEX: u8 = 0x07;
-    pub const CHUNK_INDEX: u8 = 0x08;
-    pub const STATISTICS: u8 = 0x0b;
-    pub const METADATA: u8 = 0x0c;
-    pub const METADATA_INDEX: u8 = 0x0d;
-    pub const SUMMARY_OFFSET: u8 = 0x0e;
-    pub const DATA_END: u8 = 0x0f;
-}
-
-/// A recording in the making, in memory.
+/// A recording in the making. What is finished can be [taken](Self::take) and appended to a file, which
+/// [an ending](Self::ending) makes whole at any time; or all of it stays here until [`Self::end`].
+///
+/// ```
+/// use dose3_datasets::mcap::Recording;
+///
+/// let mut recording = Recording::new("an example");
+/// let channel = recording.channel("/said", "example.Text", b"");
+/// recording.message(channel, 1_000_000_000, b"\x0a\x02hi".to_vec());
+/// let bytes = recording.end();
+/// assert_eq!(&bytes[..8], dose3_datasets::mcap::MAGIC);
+/// assert_eq!(&bytes[bytes.len() - 8..], dose3_datasets::mcap::MAGIC);
+/// ```
 pub struct Recording {
+    /// What was not taken yet.
     out: Vec<u8>,
+    /// Bytes that were taken.
+    taken: u64,
     /// Records of schemas and channels; they stand in front of the messages and again at the end.
     schemas: Vec<Vec<u8>>,
     channels: Vec<Vec<u8>>,
@@ -92,11 +91,13 @@ fn fields() -> Fields {
 
 impl Recording {
     /// `library` says what wrote it.
+    #[must_use]
     pub fn new(library: &str) -> Self {
         let mut out = MAGIC.to_vec();
         out.extend(fields().text("").text(library).record(code::HEADER));
         Self {
             out,
+            taken: 0,
             schemas: Vec::new(),
             channels: Vec::new(),
             chunk: Chunk::default(),
@@ -156,20 +157,38 @@ impl Recording {
         self.close_chunk();
         let record = fields().text(name).texts(pairs).record(code::METADATA);
         let index = fields()
-            .number((self.out.len() as u64).to_le_bytes())
+            .number(self.position().to_le_bytes())
             .number((record.len() as u64).to_le_bytes())
             .text(name);
         self.metadata.push(index.record(code::METADATA_INDEX));
         self.out.extend(record);
     }
 
-    fn close_chunk(&mut self) {
+    /// Chunks so far.
+    #[must_use]
+    pub fn chunks(&self) -> usize {
+        self.chunks.len()
+    }
+
+    /// What is written so far and stays as it is, once: to be appended to what was taken before.
+    pub fn take(&mut self) -> Vec<u8> {
+        self.taken = self.position();
+        std::mem::take(&mut self.out)
+    }
+
+    /// Where the next record will be in the file.
+    fn position(&self) -> u64 {
+        self.taken + self.out.len() as u64
+    }
+
+    /// Messages that wait become a chunk.
+    pub fn close_chunk(&mut self) {
         let chunk = std::mem::take(&mut self.chunk);
         let Some((first, last)) = chunk.times else {
             return;
         };
         let (packed, compression) = pack(&chunk.records);
-        let start = self.out.len() as u64;
+        let start = self.position();
         // No checksum: 0 says so.
         let mut head = fields()
             .number(first.to_le_bytes())
@@ -180,13 +199,13 @@ impl Recording {
             .number((packed.len() as u64).to_le_bytes());
         head.0.extend(&packed);
         self.out.extend(head.record(code::CHUNK));
-        let length = self.out.len() as u64 - start;
-        let indices_start = self.out.len() as u64;
+        let length = self.position() - start;
+        let indices_start = self.position();
         let mut offsets = fields();
         for (id, places) in chunk.places {
             offsets = offsets
                 .number(id.to_le_bytes())
-                .number((self.out.len() as u64).to_le_bytes());
+                .number(self.position().to_le_bytes());
             let pairs = places.iter().fold(fields(), |pairs, (time, offset)| {
                 pairs
                     .number(time.to_le_bytes())
@@ -201,19 +220,20 @@ impl Recording {
             .number(start.to_le_bytes())
             .number(length.to_le_bytes())
             .block(&offsets.0)
-            .number((self.out.len() as u64 - indices_start).to_le_bytes())
+            .number((self.position() - indices_start).to_le_bytes())
             .text(compression)
             .number((packed.len() as u64).to_le_bytes())
             .number((chunk.records.len() as u64).to_le_bytes());
         self.chunks.push(index.record(code::CHUNK_INDEX));
     }
 
-    /// The whole file.
-    pub fn end(mut self) -> Vec<u8> {
-        self.close_chunk();
-        self.out
-            .extend(fields().number(0_u32.to_le_bytes()).record(code::DATA_END));
-        let summary = self.out.len() as u64;
+    /// The rest of the file, were nothing else to come: chunks that are closed, and the index. What comes later takes its
+    /// place.
+    #[must_use]
+    pub fn ending(&self) -> Vec<u8> {
+        let mut out = fields().number(0_u32.to_le_bytes()).record(code::DATA_END);
+        let before = self.position();
+        let summary = before + out.len() as u64;
         let statistics = vec![self.statistics()];
         let groups = [
             (code::SCHEMA, &self.schemas),
@@ -227,24 +247,34 @@ impl Recording {
             .into_iter()
             .filter(|(_, records)| !records.is_empty())
         {
-            let start = self.out.len() as u64;
-            self.out.extend(records.iter().flatten());
-            let length = self.out.len() as u64 - start;
+            let start = before + out.len() as u64;
+            out.extend(records.iter().flatten());
+            let length = before + out.len() as u64 - start;
             let offset = fields()
                 .number([code])
                 .number(start.to_le_bytes())
                 .number(length.to_le_bytes());
             offsets.extend(offset.record(code::SUMMARY_OFFSET));
         }
-        let offsets_start = self.out.len() as u64;
-        self.out.extend(offsets);
+        let offsets_start = before + out.len() as u64;
+        out.extend(offsets);
         let footer = fields()
             .number(summary.to_le_bytes())
             .number(offsets_start.to_le_bytes())
             .number(0_u32.to_le_bytes());
-        self.out.extend(footer.record(code::FOOTER));
-        self.out.extend(MAGIC);
-        self.out
+        out.extend(footer.record(code::FOOTER));
+        out.extend(MAGIC);
+        out
+    }
+
+    /// All that was not taken, to its end.
+    #[must_use]
+    pub fn end(mut self) -> Vec<u8> {
+        self.close_chunk();
+        let ending = self.ending();
+        let mut out = self.take();
+        out.extend(ending);
+        out
     }
 
     fn statistics(&self) -> Vec<u8> {
@@ -278,5 +308,33 @@ fn pack(records: &[u8]) -> (Vec<u8>, &'static str) {
     match encoder.write_all(records).map(|()| encoder.finish()) {
         Ok(Ok(packed)) => (packed, "lz4"),
         _ => (records.to_vec(), ""),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(recording: &mut Recording, channel: Channel, time: u64) {
+        recording.message(channel, time, vec![7; 100]);
+    }
+
+    #[test]
+    fn taken_piece_by_piece_it_is_the_same_file() {
+        let (mut whole, mut pieces) = (Recording::new("test"), Recording::new("test"));
+        let mut file = Vec::new();
+        let channels = [&mut whole, &mut pieces].map(|r| r.channel("/a", "some.Message", b"x"));
+        for time in 0..50 {
+            message(&mut whole, channels[0], time);
+            message(&mut pieces, channels[1], time);
+            if time % 20 == 10 {
+                whole.close_chunk();
+                pieces.close_chunk();
+                file.extend(pieces.take());
+            }
+        }
+        assert_eq!(pieces.chunks(), 2);
+        file.extend(pieces.end());
+        assert_eq!(file, whole.end());
     }
 }
