@@ -34,6 +34,7 @@ impl Stamps {
         let positive = |step: &f64| *step > 0.0 && step.is_finite();
         self.steps.len() < SPAN
             && self.repeated.len() == self.steps.len()
+            && self.shown.len() <= Symptom::ALL.len()
             && self.steps.iter().all(positive)
     }
 
