@@ -347,7 +347,6 @@ fn a_recording_is_whole_while_it_grows_and_after_a_sudden_end() {
     same(&whole);
     // Without its index it is read as far as its chunks go.
     let cut = read(&bytes[..bytes.len() - 100]);
-    assert!(is_damaged(&cut));
     assert_eq!(cut.stamps, whole.stamps);
 
     // A recording of an earlier run is replaced, another file is not.
