@@ -238,10 +238,10 @@ fn metric_statistics_refuse_another_rate_and_other_axes() {
 fn a_backend_that_is_not_built_in_says_how_to_get_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let (detector, log) = detector(folder.path());
-    if cfg!(not(feature = "cuda")) {
+    if cfg!(not(feature = "wgpu")) {
         refused(
-            ["score", "--detector", &detector, &log, "--backend", "cuda"],
-            &["--features cuda"],
+            ["score", "--detector", &detector, &log, "--backend", "wgpu"],
+            &["--features wgpu"],
         );
     }
 }

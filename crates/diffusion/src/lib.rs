@@ -24,6 +24,8 @@
 //! # Ok::<(), dose3_diffusion::Error>(())
 //! ```
 
+#[cfg(feature = "burn")]
+pub mod device;
 mod error;
 pub mod joint;
 mod loss;

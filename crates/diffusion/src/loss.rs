@@ -1,7 +1,7 @@
 //! The losses of Algorithm 1 and their gradients with respect to the network's output.
 //!
-//! Both are evaluated on the host in f64, one pose at a time, and their gradients are closed
-//! forms: the derivative of the squared geodesic distance goes through the Jacobians of SO(3),
+//! Here both are evaluated on the host in f64, one pose at a time (`device` has them as tensors), and their gradients
+//! are closed forms: the derivative of the squared geodesic distance goes through the Jacobians of SO(3),
 //! never through an arccos, so it is finite at 0 and at pi. A backend therefore only has to carry
 //! a given output gradient back through the network, and every backend trains the same loss.
 
@@ -68,6 +68,17 @@ impl Process {
         (config.x0_ceiling * signal / noise).min(1.0)
     }
 
+    /// The translation's x0 loss is this times its noise loss at step `t`.
+    pub(crate) fn translation_x0_factor(&self, config: &LossConfig, t: usize) -> f64 {
+        let (signal, noise) = (self.translation.signal(t), self.translation.noise(t));
+        config.x0_weight * noise / signal * Self::x0_damping(config, signal, noise)
+    }
+
+    /// What the rotation's x0 loss at step `t` is damped by; squared, because it is a squared angle.
+    pub(crate) fn rotation_x0_damping(&self, config: &LossConfig, t: usize) -> f64 {
+        Self::x0_damping(config, self.rotation.signal(t), self.rotation.noise(t)).powi(2)
+    }
+
     /// Loss of one translation sample and its gradient.
     ///
     /// `eps_hat`, `eps` and `gradient` are `[length, 3]`. The x0 term of Algorithm 1,
@@ -82,8 +93,7 @@ impl Process {
         gradient: &mut [f32],
     ) -> SampleLoss {
         let n = eps.len() as f64;
-        let (signal, noise) = (self.translation.signal(t), self.translation.noise(t));
-        let x0 = config.x0_weight * noise / signal * Self::x0_damping(config, signal, noise);
+        let x0 = self.translation_x0_factor(config, t);
         let slope = ((config.eps_weight + x0) / n) as f32;
         let mut sum = 0.0;
         for ((g, e), z) in gradient.iter_mut().zip(eps_hat).zip(eps) {
@@ -116,10 +126,7 @@ impl Process {
     ) -> SampleLoss {
         let length = eps.len() / 3;
         let n = length as f64;
-        // Squared, because this loss is a squared angle.
-        let damping =
-            Self::x0_damping(config, self.rotation.signal(t), self.rotation.noise(t)).powi(2);
-        let x0_weight = config.x0_weight * damping;
+        let x0_weight = config.x0_weight * self.rotation_x0_damping(config, t);
         let mut loss = SampleLoss::default();
         for i in 0..length {
             let e = read_vector(eps_hat, i);

@@ -2,7 +2,10 @@
 
 use crate::error::{Error, Result};
 use dose3_diffusion::ModelPair;
+use dose3_diffusion::joint::{JointSet, JointTrainConfig, JointTrainer};
+use dose3_diffusion::trainer::LearnerPair;
 use dose3_engine::{Engine, EngineOptions};
+use dose3_model::joint::JointConfig;
 use dose3_model::{NoiseModel, PairParameters, Parameters};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -21,19 +24,11 @@ pub enum Backend {
     Ndarray,
     /// burn on wgpu (Vulkan, Metal, DirectX); needs the feature `wgpu`.
     Wgpu,
-    /// burn on CUDA; needs the feature `cuda`.
-    Cuda,
 }
 
 impl Backend {
     /// Every backend, whether or not this build holds it.
-    pub const ALL: [Self; 5] = [
-        Self::Engine,
-        Self::BurnFlex,
-        Self::Ndarray,
-        Self::Wgpu,
-        Self::Cuda,
-    ];
+    pub const ALL: [Self; 4] = [Self::Engine, Self::BurnFlex, Self::Ndarray, Self::Wgpu];
 }
 
 impl FromStr for Backend {
@@ -56,7 +51,6 @@ impl fmt::Display for Backend {
             Self::BurnFlex => "burn-flex",
             Self::Ndarray => "ndarray",
             Self::Wgpu => "wgpu",
-            Self::Cuda => "cuda",
         })
     }
 }
@@ -79,6 +73,18 @@ impl Computing {
     pub fn load(self, parameters: &PairParameters) -> Result<ModelPair> {
         self.backend.load(parameters, self.threads)
     }
+
+    /// Puts both networks there to be trained, with optimisers that clip gradients to a norm of `clip`: on the host for
+    /// the engine, on its device for every other backend.
+    ///
+    /// # Errors
+    /// As [`Backend::load`].
+    pub fn learners(self, initial: PairParameters, clip: f64) -> Result<LearnerPair> {
+        match self.backend {
+            Backend::Engine => Ok(LearnerPair::on_host(self.load(&initial)?, initial, clip)),
+            other => other.burn_learners(&initial, clip),
+        }
+    }
 }
 
 impl Backend {
@@ -97,71 +103,111 @@ impl Backend {
                     };
                     Ok(Box::new(Engine::new(p, options)?))
                 }
-                other => other.load_burn(p),
+                other => other.burn_model(p),
             }
         };
-        let context = |reason: Error| match reason {
+        Ok(ModelPair {
+            translation: one(&parameters.translation).map_err(|e| self.refused(e))?,
+            rotation: one(&parameters.rotation).map_err(|e| self.refused(e))?,
+        })
+    }
+
+    fn refused(self, reason: Error) -> Error {
+        match reason {
             Error::MissingBackend { .. } => reason,
             reason => Error::Backend {
                 backend: self,
                 reason: Box::new(reason),
             },
-        };
-        Ok(ModelPair {
-            translation: one(&parameters.translation).map_err(context)?,
-            rotation: one(&parameters.rotation).map_err(context)?,
-        })
-    }
-
-    /// The feature that builds this backend in, and whether this build has it.
-    fn feature(self) -> (&'static str, bool) {
-        match self {
-            Self::Engine => ("", true),
-            Self::BurnFlex => ("flex", cfg!(feature = "flex")),
-            Self::Ndarray => ("ndarray", cfg!(feature = "ndarray")),
-            Self::Wgpu => ("wgpu", cfg!(feature = "wgpu")),
-            Self::Cuda => ("cuda", cfg!(feature = "cuda")),
         }
     }
 
-    fn load_burn(self, parameters: &Parameters) -> Result<Box<dyn NoiseModel>> {
-        let (feature, built) = self.feature();
-        if !built {
-            return Err(Error::MissingBackend {
-                backend: self,
-                feature,
-            });
-        }
-        self.build_burn(parameters)
-    }
-
-    #[cfg(any(
-        feature = "flex",
-        feature = "ndarray",
-        feature = "wgpu",
-        feature = "cuda"
-    ))]
-    fn build_burn(self, parameters: &Parameters) -> Result<Box<dyn NoiseModel>> {
-        use dose3_model::burn_unet::{Backend as Burn, BurnModel};
-        let backend = match self {
-            Self::Engine | Self::BurnFlex => Burn::Flex,
-            Self::Ndarray => Burn::Ndarray,
-            Self::Wgpu => Burn::Wgpu,
-            Self::Cuda => Burn::Cuda,
-        };
-        Ok(Box::new(BurnModel::new(parameters, backend)?))
-    }
-
-    #[cfg(not(any(
-        feature = "flex",
-        feature = "ndarray",
-        feature = "wgpu",
-        feature = "cuda"
-    )))]
-    fn build_burn(self, _: &Parameters) -> Result<Box<dyn NoiseModel>> {
-        Err(Error::MissingBackend {
+    /// That this build does not hold the backend, and which feature it wants.
+    fn missing(self) -> Error {
+        Error::MissingBackend {
             backend: self,
-            feature: self.feature().0,
-        })
+            feature: match self {
+                Self::Engine => "",
+                Self::BurnFlex => "flex",
+                Self::Ndarray => "ndarray",
+                Self::Wgpu => "wgpu",
+            },
+        }
+    }
+}
+
+#[cfg(any(feature = "flex", feature = "ndarray", feature = "wgpu"))]
+mod burn {
+    use super::*;
+    use dose3_model::burn_unet::{Backend as Burn, BurnModel};
+
+    impl Backend {
+        fn burn(self) -> Result<Burn> {
+            let backend = match self {
+                Self::Engine | Self::BurnFlex => Burn::Flex,
+                Self::Ndarray => Burn::Ndarray,
+                Self::Wgpu => Burn::Wgpu,
+            };
+            match backend.is_compiled() {
+                true => Ok(backend),
+                false => Err(self.missing()),
+            }
+        }
+
+        pub(super) fn burn_model(self, parameters: &Parameters) -> Result<Box<dyn NoiseModel>> {
+            Ok(Box::new(BurnModel::new(parameters, self.burn()?)?))
+        }
+
+        /// Starts training of a joint network on this backend's device; the engine trains through
+        /// [`JointTrainer::new`].
+        ///
+        /// # Errors
+        /// A backend that this build does not hold, or whose device cannot be had; settings out of range.
+        pub fn joint_trainer<'a>(
+            self,
+            config: JointTrainConfig,
+            network: &JointConfig,
+            sets: &'a [JointSet],
+        ) -> Result<JointTrainer<'a>> {
+            Ok(JointTrainer::on_device(
+                config,
+                network,
+                self.burn()?,
+                sets,
+            )?)
+        }
+
+        pub(super) fn burn_learners(
+            self,
+            initial: &PairParameters,
+            clip: f64,
+        ) -> Result<LearnerPair> {
+            let learners = LearnerPair::on_device(self.burn()?, initial, clip);
+            learners.map_err(|e| self.refused(e.into()))
+        }
+    }
+}
+
+#[cfg(not(any(feature = "flex", feature = "ndarray", feature = "wgpu")))]
+impl Backend {
+    /// Starts training of a joint network on this backend's device: this build has none.
+    ///
+    /// # Errors
+    /// Always.
+    pub fn joint_trainer<'a>(
+        self,
+        _: JointTrainConfig,
+        _: &JointConfig,
+        _: &'a [JointSet],
+    ) -> Result<JointTrainer<'a>> {
+        Err(self.missing())
+    }
+
+    fn burn_model(self, _: &Parameters) -> Result<Box<dyn NoiseModel>> {
+        Err(self.missing())
+    }
+
+    fn burn_learners(self, _: &PairParameters, _: f64) -> Result<LearnerPair> {
+        Err(self.missing())
     }
 }

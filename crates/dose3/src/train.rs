@@ -10,7 +10,7 @@ use dose3_datasets::{
 };
 use dose3_diffusion::trainer::{LogRow, TrainConfig, Trainer, WindowSource};
 use dose3_diffusion::{Error as DiffusionError, NoiseSchedule, ProcessConfig};
-use dose3_model::{PairConfig, PairParameters};
+use dose3_model::PairConfig;
 use sha2::{Digest, Sha256};
 use std::path::PathBuf;
 
@@ -194,14 +194,14 @@ pub fn train(
     );
     progress.training(train_source.len(), validation_source.len());
 
-    let initial = PairParameters::init(&options.network, options.config.seed)?;
-    let mut models = options.computing.load(&initial)?;
+    let initial = options.config.initial(&options.network)?;
+    let learners = options.computing.learners(initial, options.config.clip)?;
     let mut trainer = Trainer::new(
         options.config,
         options.process,
         options.network.clone(),
         data_identity(&training, &validation, representation, options.window),
-        &mut models,
+        learners,
         &train_source,
         &validation_source,
     )?;

@@ -8,6 +8,7 @@ mod report;
 mod score;
 mod sgemm;
 mod stream;
+mod training;
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
@@ -26,6 +27,8 @@ use std::time::Instant;
 pub enum Part {
     /// Forward pass and training step.
     Networks,
+    /// Training steps as `train` makes them, on the backends of --backends.
+    Training,
     /// A whole `score`.
     Score,
     /// Streams of poses; writes stream.json and stream.md.
@@ -80,6 +83,17 @@ pub struct BenchArgs {
     /// Python with PyTorch
     #[arg(long, value_name = "PROGRAM", default_value = "python3")]
     pub python: String,
+    /// Where PyTorch trains in the part `training`: cpu, cuda, ...
+    #[arg(long, value_name = "DEVICE", default_value = "cpu")]
+    pub pytorch_device: String,
+    /// Backends of the part `training`
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_delimiter = ',',
+        default_value = "engine"
+    )]
+    pub backends: Vec<Backend>,
     /// Statistics of the scoring detector
     #[arg(long, value_name = "SET", default_value = "paper24")]
     pub statistics: String,
@@ -148,6 +162,11 @@ pub fn run(args: &BenchArgs) -> Result<()> {
         if args.parts.contains(&Part::Networks) {
             networks(args, &shape, &mut report)?;
         }
+        if args.parts.contains(&Part::Training) {
+            let (rows, version) = training::run(args, &shape)?;
+            report.training.extend(rows);
+            report.pytorch = version.or(report.pytorch.take());
+        }
         if args.parts.contains(&Part::Score) {
             scores(args, &shape, &mut report)?;
         }
@@ -210,7 +229,7 @@ fn networks(args: &BenchArgs, shape: &Shape, report: &mut Report) -> Result<()> 
         let flex = cfg!(feature = "flex").then(|| Pair::new(shape, Backend::BurnFlex, threads));
         let pytorch = args
             .with_pytorch
-            .then(|| Pytorch::start(&args.python, shape, threads, args.seconds));
+            .then(|| Pytorch::start(&args.python, shape, threads, args.seconds, "cpu"));
         lanes.push(Lane {
             threads,
             engine: Pair::new(shape, Backend::Engine, threads)?,

@@ -24,11 +24,17 @@ pub struct Pytorch {
 }
 
 impl Pytorch {
-    /// Starts the script with `python`.
+    /// Starts the script with `python`, on one of PyTorch's devices.
     ///
     /// # Errors
     /// No such program, or one without PyTorch.
-    pub fn start(python: &str, shape: &Shape, threads: usize, seconds: f64) -> Result<Self> {
+    pub fn start(
+        python: &str,
+        shape: &Shape,
+        threads: usize,
+        seconds: f64,
+        device: &str,
+    ) -> Result<Self> {
         let multipliers: Vec<String> = shape.multipliers.iter().map(usize::to_string).collect();
         let mut child = Command::new(python)
             .arg(SCRIPT)
@@ -38,6 +44,7 @@ impl Pytorch {
             .args(["--length", &shape.length.to_string()])
             .args(["--threads", &threads.to_string()])
             .args(["--seconds", &seconds.to_string()])
+            .args(["--device", device])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()

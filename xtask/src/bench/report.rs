@@ -1,6 +1,7 @@
 //! Results of `bench` as data and as tables.
 
 use super::score::STRIDE;
+use super::training::{self, TrainingRow};
 use dose3_study::provenance::Provenance;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -29,6 +30,8 @@ pub struct Report {
     pub length: usize,
     /// Forward passes and training steps.
     pub networks: Vec<NetworkRow>,
+    /// Training steps.
+    pub training: Vec<TrainingRow>,
     /// Statistics of the scoring detector.
     pub statistics: String,
     /// Poses of the scored log.
@@ -102,11 +105,15 @@ impl Report {
             self.batch,
             self.length,
         );
-        if !self.flex {
+        let engine_only = !self.flex && !(self.networks.is_empty() && self.scores.is_empty());
+        if engine_only {
             let _ = writeln!(out, "{NOT_BUILT}");
         }
         if !self.networks.is_empty() {
             self.network_table(&mut out);
+        }
+        if !self.training.is_empty() {
+            training::table(&self.training, &mut out);
         }
         if !self.scores.is_empty() {
             self.score_table(&mut out);

@@ -20,10 +20,16 @@
 //! Input and target `(x_0 - c_skip x_t) / c_out` are of unit size at every level; the denoising error is
 //! `F - target`, which is `(D - x_0) / c_out`.
 
+mod batch;
+mod learner;
 mod levels;
 mod process;
 mod trainer;
 
+#[cfg(feature = "burn")]
+pub(crate) use batch::Batch;
+#[cfg(feature = "burn")]
+pub(crate) use learner::JointLearner;
 pub use levels::{Levels, time_condition};
 pub use process::{AXES, JointProcess, Noised, standard_normal};
 pub use trainer::{JointSet, JointTrainConfig, JointTrainRow, JointTrainer};

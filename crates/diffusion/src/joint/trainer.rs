@@ -1,16 +1,19 @@
 //! Training of the joint network.
 
-use super::levels::Levels;
-use super::process::{AXES, JointProcess, Noised};
+use super::batch::{Batch, Pick};
+use super::learner::{HostLearner, JointLearner};
+use super::process::AXES;
 use crate::error::Error;
-use crate::window::normals;
-use dose3_engine::{Adam, AdamConfig};
-use dose3_model::joint::{CONDITIONS, JointInput, JointNoiseModel, JointParameters};
-use rand::{Rng, RngExt, SeedableRng};
+use crate::trainer::Rates;
+#[cfg(feature = "burn")]
+use dose3_model::joint::JointConfig;
+use dose3_model::joint::{JointNoiseModel, JointParameters};
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::sync::Mutex;
+
+/// Steps after which losses are read from a device.
+const TOLD: usize = 20;
 
 /// Sequences of one platform at one rate, in units of one scale.
 #[derive(Clone, Debug)]
@@ -110,29 +113,47 @@ pub struct JointTrainRow {
 /// A training run.
 pub struct JointTrainer<'a> {
     config: JointTrainConfig,
-    model: &'a mut dyn JointNoiseModel,
+    learner: Box<dyn JointLearner + 'a>,
     sets: &'a [JointSet],
-    parameters: JointParameters,
-    adam: Adam,
-    gradient: Vec<f32>,
     step: usize,
-}
-
-/// `sqrt(1 + e^2) - 1`: a square near 0, so that it is the mean that is learnt, and no more than linear far out, so
-/// that the jumps of sound sensors do not decide what is learnt.
-fn pseudo_huber(e: f32) -> (f64, f32) {
-    let root = (1.0 + e * e).sqrt();
-    (f64::from(e * e / (1.0 + root)), e / root)
+    /// What was heard last of a network that is trained on a device.
+    heard: JointTrainRow,
 }
 
 impl<'a> JointTrainer<'a> {
-    /// Starts a run.
+    /// Starts a run of a network that computes where `model` does; the optimiser is on the host.
     ///
     /// # Errors
     /// Settings out of range, no sequence as long as the longest.
     pub fn new(
         config: JointTrainConfig,
         model: &'a mut dyn JointNoiseModel,
+        sets: &'a [JointSet],
+    ) -> Result<Self, Error> {
+        let initial = JointParameters::init(model.config(), config.seed)?;
+        let learner = HostLearner::new(model, initial.values, config.clip)?;
+        Self::with(config, Box::new(learner), sets)
+    }
+
+    /// Starts a run with network and optimiser on a device of burn.
+    ///
+    /// # Errors
+    /// As [`JointTrainer::new`], or a backend that is not available.
+    #[cfg(feature = "burn")]
+    pub fn on_device(
+        config: JointTrainConfig,
+        network: &JointConfig,
+        backend: dose3_model::burn_unet::Backend,
+        sets: &'a [JointSet],
+    ) -> Result<Self, Error> {
+        let initial = JointParameters::init(network, config.seed)?;
+        let learner = crate::device::JointDeviceLearner::new(&initial, config.clip, backend)?;
+        Self::with(config, Box::new(learner), sets)
+    }
+
+    fn with(
+        config: JointTrainConfig,
+        learner: Box<dyn JointLearner + 'a>,
         sets: &'a [JointSet],
     ) -> Result<Self, Error> {
         config.check()?;
@@ -145,23 +166,12 @@ impl<'a> JointTrainer<'a> {
                 expected: "in each a sequence as long as the longest that is drawn",
             });
         }
-        let parameters = JointParameters::init(model.config(), config.seed)?;
-        model.set_parameters(&parameters.values)?;
-        let adam = Adam::new(
-            &parameters.values,
-            AdamConfig {
-                max_grad_norm: Some(config.clip as f32),
-                ..AdamConfig::default()
-            },
-        );
         Ok(Self {
-            gradient: vec![0.0; parameters.values.len()],
             config,
-            model,
+            learner,
             sets,
-            parameters,
-            adam,
             step: 0,
+            heard: JointTrainRow::default(),
         })
     }
 
@@ -176,10 +186,11 @@ impl<'a> JointTrainer<'a> {
         Ok(())
     }
 
-    /// One optimiser step. Everything random in it is seeded by the run's seed and the step's number.
+    /// One optimiser step. Everything random in it is seeded by the run's seed and the step's number. On a device,
+    /// losses are read every [`TOLD`] steps; in between, the means that were read last are answered.
     ///
     /// # Errors
-    /// Divergence, or a network's refusal.
+    /// Divergence, as soon as losses are read, or a network's refusal.
     pub fn advance(&mut self) -> Result<JointTrainRow, Error> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.config.seed);
         rng.set_stream(1 + self.step as u64);
@@ -190,26 +201,26 @@ impl<'a> JointTrainer<'a> {
             .map(|_| Pick::draw(self.sets, length, jitter, &mut rng))
             .collect();
         let batch = Batch::new(&picks, length)?;
-        let loss = batch.run(self.model, &mut self.gradient)?;
-        let rate = self.config.rate(self.step) as f32;
         let steps = self.step as f64;
-        let decay = self.config.ema_decay.min((1.0 + steps) / (10.0 + steps)) as f32;
-        let values = &mut self.parameters.values;
-        let norm = self.adam.step(values, &self.gradient, rate, decay);
-        if !(norm.is_finite() && loss.is_finite()) {
-            return Err(Error::Diverged {
-                branch: "joint",
-                what: "loss or gradient",
-                step: self.step,
-            });
+        let rates = Rates {
+            learning_rate: self.config.rate(self.step),
+            ema_decay: self.config.ema_decay.min((1.0 + steps) / (10.0 + steps)),
+        };
+        let step = self.step + 1;
+        let tell = self.step == 0 || step.is_multiple_of(TOLD) || step == self.config.steps;
+        if let Some((loss, gradient)) = self.learner.step(&batch, rates, tell)? {
+            if !(gradient.is_finite() && loss.is_finite()) {
+                return Err(Error::Diverged {
+                    branch: "joint",
+                    what: "loss or gradient",
+                    step: self.step,
+                });
+            }
+            (self.heard.loss, self.heard.gradient) = (loss, gradient);
         }
-        self.model.set_parameters(values)?;
-        self.step += 1;
-        Ok(JointTrainRow {
-            step: self.step,
-            loss,
-            gradient: f64::from(norm),
-        })
+        self.step = step;
+        self.heard.step = step;
+        Ok(self.heard)
     }
 
     /// The averaged weights: what a finished run is kept for.
@@ -217,11 +228,8 @@ impl<'a> JointTrainer<'a> {
     /// # Errors
     /// Averages that are not finite.
     pub fn averaged(&self) -> Result<JointParameters, Error> {
-        let average = self.adam.state().2.to_vec();
-        Ok(JointParameters::new(
-            self.parameters.config.clone(),
-            average,
-        )?)
+        let config = self.learner.network().clone();
+        Ok(JointParameters::new(config, self.learner.averaged()?)?)
     }
 
     /// Mean error of the averaged weights on other sequences: `count` of them, with levels and noise that are the same
@@ -236,153 +244,21 @@ impl<'a> JointTrainer<'a> {
             .map(|_| Pick::draw(sets, length, 0.0, &mut rng))
             .collect();
         let batch = Batch::new(&picks, length)?;
-        self.model.set_parameters(self.adam.state().2)?;
         let mut output = vec![0.0; count * length * AXES];
-        self.model.forward(batch.input(), &mut output)?;
-        self.model.set_parameters(&self.parameters.values)?;
+        self.learner.forward_averaged(batch.input(), &mut output)?;
         let size = length * AXES;
         let of = |i: usize| batch.loss(i, &output[i * size..][..size], None);
         Ok((0..count).map(of).sum::<f64>() / count as f64)
     }
 }
 
-/// A sequence that was drawn, with its levels and the seed of its noise.
-struct Pick<'a> {
-    steps: &'a [[f64; AXES]],
-    scale: [f64; AXES],
-    step: f64,
-    levels: Levels,
-    noise: u64,
-}
-
-impl<'a> Pick<'a> {
-    fn draw(sets: &'a [JointSet], length: usize, jitter: f64, rng: &mut impl Rng) -> Self {
-        let total: f64 = sets.iter().map(|set| set.weight).sum();
-        let mut at = rng.random_range(0.0..total);
-        let mut set = &sets[0];
-        for next in sets {
-            set = next;
-            at -= next.weight;
-            if at < 0.0 {
-                break;
-            }
-        }
-        // Every start is as likely as any other, whichever sequence it is in.
-        let starts = |s: &Vec<_>| (s.len() + 1).saturating_sub(length);
-        let all: usize = set.sequences.iter().map(starts).sum();
-        let mut start = rng.random_range(0..all.max(1));
-        let mut steps: &[[f64; AXES]] = &[];
-        for sequence in &set.sequences {
-            if start < starts(sequence) {
-                steps = &sequence[start..start + length];
-                break;
-            }
-            start -= starts(sequence);
-        }
-        let scale = set.scale.map(|s| match jitter > 0.0 {
-            true => s * rng.random_range(-jitter..jitter).exp(),
-            false => s,
-        });
-        Self {
-            steps,
-            scale,
-            step: set.step,
-            levels: Levels::draw(rng),
-            noise: rng.random(),
-        }
-    }
-}
-
-/// Noised sequences.
-struct Batch {
-    x: Vec<f32>,
-    target: Vec<f32>,
-    conditions: Vec<f32>,
-    noised: Vec<[bool; AXES]>,
-    length: usize,
-}
-
-impl Batch {
-    fn new(picks: &[Pick<'_>], length: usize) -> Result<Self, Error> {
-        let one = |pick: &Pick<'_>| -> Result<Noised, Error> {
-            let mut rng = ChaCha8Rng::seed_from_u64(pick.noise);
-            let noise = normals(&mut rng, length * AXES);
-            let mut noised = Noised::default();
-            let process = JointProcess::new(pick.steps, pick.scale)?;
-            process.noised(&pick.levels, &noise, &mut noised)?;
-            Ok(noised)
-        };
-        let noised: Vec<Noised> = picks.par_iter().map(one).collect::<Result<_, _>>()?;
-        let told = picks.iter().flat_map(|p| p.levels.conditions(p.step));
-        Ok(Self {
-            x: noised
-                .iter()
-                .flat_map(|n| n.input.iter().copied())
-                .collect(),
-            target: noised
-                .iter()
-                .flat_map(|n| n.target.iter().copied())
-                .collect(),
-            conditions: told.collect(),
-            noised: picks.iter().map(|p| p.levels.0.map(|s| s > 0.0)).collect(),
-            length,
-        })
-    }
-
-    fn input(&self) -> JointInput<'_> {
-        JointInput {
-            x: &self.x,
-            conditions: &self.conditions,
-            batch: self.conditions.len() / CONDITIONS,
-            length: self.length,
-        }
-    }
-
-    /// Mean error of sequence `index` over its noised axes, and its gradient.
-    fn loss(&self, index: usize, output: &[f32], mut gradient: Option<&mut [f32]>) -> f64 {
-        let target = &self.target[index * self.length * AXES..][..output.len()];
-        let noised = &self.noised[index];
-        let count = noised.iter().filter(|n| **n).count().max(1) * self.length;
-        let mut sum = 0.0;
-        for (i, (f, t)) in output.iter().zip(target).enumerate() {
-            if !noised[i % AXES] {
-                continue;
-            }
-            let (loss, slope) = pseudo_huber(f - t);
-            sum += loss;
-            if let Some(gradient) = &mut gradient {
-                gradient[i] = slope / count as f32;
-            }
-        }
-        sum / count as f64
-    }
-
-    /// Mean loss of the batch; fills the gradient of the parameters.
-    fn run(&self, model: &mut dyn JointNoiseModel, gradient: &mut [f32]) -> Result<f64, Error> {
-        let size = self.length * AXES;
-        let count = self.noised.len();
-        let losses = Mutex::new(vec![0.0; count]);
-        let of_chunk = |first: usize, output: &[f32], to: &mut [f32]| {
-            let sequences = output.chunks_exact(size).zip(to.chunks_exact_mut(size));
-            for (i, (output, to)) in sequences.enumerate() {
-                let loss = self.loss(first + i, output, Some(&mut *to));
-                to.iter_mut().for_each(|g| *g /= count as f32);
-                if let Ok(mut losses) = losses.lock() {
-                    losses[first + i] = loss;
-                }
-            }
-        };
-        model.forward_backward(self.input(), &of_chunk, gradient)?;
-        let losses = losses.into_inner().unwrap_or_default();
-        Ok(losses.iter().sum::<f64>() / count as f64)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::joint::{JointProcess, Levels, Noised};
+    use crate::window::normals;
     use dose3_engine::{EngineOptions, JointEngine};
-    use dose3_model::joint::JointConfig;
+    use dose3_model::joint::{JointConfig, JointInput};
 
     /// Yaw follows from sideways motion two steps before; all else is still.
     fn coupled() -> JointSet {
@@ -420,6 +296,7 @@ mod tests {
         trainer.run(&mut |_| ()).unwrap();
         let loss = trainer.validate(sets, 64).unwrap();
         let averaged = trainer.averaged().unwrap();
+        drop(trainer);
         (engine, averaged, loss)
     }
 
@@ -456,6 +333,46 @@ mod tests {
     fn the_same_seed_gives_the_same_weights() {
         let sets = [coupled()];
         assert_eq!(trained(5, &sets).1, trained(5, &sets).1);
+    }
+
+    /// As the engine, but for rounding; losses are those of the steps since they were read last.
+    #[cfg(feature = "burn")]
+    #[test]
+    fn the_device_takes_the_steps_of_the_engine() {
+        let sets = [coupled()];
+        let config = JointTrainConfig {
+            steps: 25,
+            batch: 8,
+            lengths: vec![32, 16],
+            ..JointTrainConfig::default()
+        };
+        let network = JointConfig::new(16, &[1, 2]);
+        let initial = JointParameters::init(&network, config.seed).unwrap();
+        let mut engine = JointEngine::new(&initial, EngineOptions::default()).unwrap();
+        let mut host = JointTrainer::new(config.clone(), &mut engine, &sets).unwrap();
+        let flex = dose3_model::burn_unet::Backend::Flex;
+        let mut device = JointTrainer::on_device(config.clone(), &network, flex, &sets).unwrap();
+        let (mut sum, mut count, mut told) = (0.0, 0.0, 0);
+        for step in 1..=config.steps {
+            let (a, b) = (device.advance().unwrap(), host.advance().unwrap());
+            assert_eq!((a.step, b.step), (step, step));
+            (sum, count) = (sum + b.loss, count + 1.0);
+            if [1, TOLD, config.steps].contains(&step) {
+                let mean: f64 = sum / count;
+                assert!(
+                    (a.loss - mean).abs() < 1e-4 * mean,
+                    "{step}: {} {mean}",
+                    a.loss
+                );
+                (sum, count, told) = (0.0, 0.0, told + 1);
+            }
+        }
+        assert_eq!(told, 3);
+        let (a, b) = (
+            device.validate(&sets, 8).unwrap(),
+            host.validate(&sets, 8).unwrap(),
+        );
+        assert!((a - b).abs() < 1e-4 * b, "{a} {b}");
     }
 
     #[test]

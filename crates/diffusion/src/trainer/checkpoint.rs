@@ -1,6 +1,6 @@
 //! Checkpoints: everything a run needs to go on bit for bit, in one safetensors file.
 
-use super::{Branch, TrainConfig, log::LogRow};
+use super::{LearnerState, TrainConfig, log::LogRow};
 use crate::error::Error;
 use crate::process::ProcessConfig;
 use dose3_model::PairConfig;
@@ -27,7 +27,7 @@ const KEY: &str = "dose3.checkpoint";
 const BRANCHES: [&str; 2] = ["translation", "rotation"];
 
 /// Serialises a run's state.
-pub(super) fn to_bytes(header: &Header, branches: [&Branch; 2]) -> Result<Vec<u8>, Error> {
+pub(super) fn to_bytes(header: &Header, branches: &[LearnerState; 2]) -> Result<Vec<u8>, Error> {
     let refuse = |e: &dyn std::fmt::Display| Error::Checkpoint {
         path: "(in memory)".into(),
         reason: e.to_string(),
@@ -35,7 +35,8 @@ pub(super) fn to_bytes(header: &Header, branches: [&Branch; 2]) -> Result<Vec<u8
     let json = serde_json::to_string(header).map_err(|e| refuse(&e))?;
     let mut tensors = Vec::new();
     for (name, branch) in BRANCHES.iter().zip(branches) {
-        for (part, values) in branch.parts() {
+        let LearnerState { values, m, v, ema } = branch;
+        for (part, values) in [("values", values), ("m", m), ("v", v), ("ema", ema)] {
             let view =
                 TensorView::new(Dtype::F32, vec![values.len()], bytemuck::cast_slice(values))
                     .map_err(|e| refuse(&e))?;
@@ -46,12 +47,12 @@ pub(super) fn to_bytes(header: &Header, branches: [&Branch; 2]) -> Result<Vec<u8
     serialize(tensors, Some(metadata)).map_err(|e| refuse(&e))
 }
 
-/// Reads a checkpoint back into `branches`, whose sizes must fit.
+/// Reads a checkpoint of branches with so many parameters each.
 pub(super) fn from_bytes(
     path: &Path,
     bytes: &[u8],
-    mut branches: [&mut Branch; 2],
-) -> Result<Header, Error> {
+    parameters: [usize; 2],
+) -> Result<(Header, [LearnerState; 2]), Error> {
     let refuse = |reason: String| Error::Checkpoint {
         path: path.display().to_string(),
         reason,
@@ -66,25 +67,31 @@ pub(super) fn from_bytes(
     let header: Header =
         serde_json::from_str(json).map_err(|e| refuse(format!("unreadable header ({e})")))?;
     let tensors = SafeTensors::deserialize(bytes).map_err(|e| refuse(e.to_string()))?;
-    for (name, branch) in BRANCHES.iter().zip(&mut branches) {
-        branch.adam_mut().set_step(header.step as u64);
-        for (part, values) in branch.parts_mut() {
-            let key = format!("{name}.{part}");
-            let view = tensors
-                .tensor(&key)
-                .map_err(|e| refuse(format!("{key}: {e}")))?;
-            if view.dtype() != Dtype::F32 || view.shape() != [values.len()] {
-                return Err(refuse(format!(
-                    "{key}: expected {} f32 numbers, found {:?} of {:?}",
-                    values.len(),
-                    view.shape(),
-                    view.dtype()
-                )));
-            }
-            for (v, b) in values.iter_mut().zip(view.data().chunks_exact(4)) {
-                *v = f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-            }
+    let read = |branch: usize, part: &str| -> Result<Vec<f32>, Error> {
+        let key = format!("{}.{part}", BRANCHES[branch]);
+        let view = tensors
+            .tensor(&key)
+            .map_err(|e| refuse(format!("{key}: {e}")))?;
+        if view.dtype() != Dtype::F32 || view.shape() != [parameters[branch]] {
+            return Err(refuse(format!(
+                "{key}: expected {} f32 numbers, found {:?} of {:?}",
+                parameters[branch],
+                view.shape(),
+                view.dtype()
+            )));
         }
-    }
-    Ok(header)
+        let numbers = view.data().chunks_exact(4);
+        Ok(numbers
+            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+            .collect())
+    };
+    let state = |branch| -> Result<LearnerState, Error> {
+        Ok(LearnerState {
+            values: read(branch, "values")?,
+            m: read(branch, "m")?,
+            v: read(branch, "v")?,
+            ema: read(branch, "ema")?,
+        })
+    };
+    Ok((header, [state(0)?, state(1)?]))
 }

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::loss::LossConfig;
+use dose3_model::{PairConfig, PairParameters};
 use serde::{Deserialize, Serialize};
 
 /// Settings of a training run. Two runs with equal settings, data and build give equal bytes.
@@ -109,6 +110,14 @@ impl TrainConfig {
             return fail("loss", format!("{:?}", self.loss), "weights of 0 or more");
         }
         Ok(())
+    }
+
+    /// The weights that a run starts from.
+    ///
+    /// # Errors
+    /// A network that cannot be built.
+    pub fn initial(&self, network: &PairConfig) -> Result<PairParameters, Error> {
+        Ok(PairParameters::init(network, self.seed)?)
     }
 
     /// Learning rate of step `step` (0-based): linear warm-up, then a cosine from the peak to

@@ -1,5 +1,6 @@
 //! The training log: one row every few steps, kept with the checkpoint.
 
+use super::Losses;
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
@@ -68,54 +69,45 @@ pub fn to_csv(rows: &[LogRow]) -> String {
     out
 }
 
-/// Sums over the steps of one row.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Accumulator {
-    steps: usize,
-    sum: LogRow,
-}
-
-impl Accumulator {
-    pub(super) fn add(&mut self, row: &LogRow) {
-        self.steps += 1;
-        let s = &mut self.sum;
-        s.step = row.step;
-        s.learning_rate = row.learning_rate;
-        s.translation_eps += row.translation_eps;
-        s.translation_x0 += row.translation_x0;
-        s.rotation_eps += row.rotation_eps;
-        s.rotation_x0 += row.rotation_x0;
-        s.translation_gradient += row.translation_gradient;
-        s.rotation_gradient += row.rotation_gradient;
+impl Losses {
+    /// Adds those of other steps.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.steps += other.steps;
+        self.eps += other.eps;
+        self.x0 += other.x0;
+        self.gradient += other.gradient;
     }
 
-    pub(super) fn take(&mut self) -> LogRow {
-        let (n, mut row) = (self.steps.max(1) as f64, self.sum);
-        for value in [
-            &mut row.translation_eps,
-            &mut row.translation_x0,
-            &mut row.rotation_eps,
-            &mut row.rotation_x0,
-            &mut row.translation_gradient,
-            &mut row.rotation_gradient,
-        ] {
-            *value /= n;
+    /// Checks that all is finite.
+    pub(super) fn check(&self, branch: &'static str, step: usize) -> Result<(), Error> {
+        finite(branch, "loss", step, self.eps + self.x0)?;
+        finite(branch, "gradient", step, self.gradient)
+    }
+}
+
+impl LogRow {
+    /// Means of the losses of both branches.
+    pub(super) fn of(step: usize, rate: f64, translation: &Losses, rotation: &Losses) -> Self {
+        let n = |losses: &Losses| losses.steps.max(1) as f64;
+        let (t, r) = (n(translation), n(rotation));
+        Self {
+            step,
+            learning_rate: rate,
+            translation_eps: translation.eps / t,
+            translation_x0: translation.x0 / t,
+            rotation_eps: rotation.eps / r,
+            rotation_x0: rotation.x0 / r,
+            translation_gradient: translation.gradient / t,
+            rotation_gradient: rotation.gradient / r,
+            ..Self::default()
         }
-        *self = Self::default();
-        row
     }
 }
 
 /// Reports a value that is not finite as divergence.
-pub(super) fn finite(
-    branch: &'static str,
-    what: &'static str,
-    step: usize,
-    value: f64,
-) -> Result<f64, Error> {
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(Error::Diverged { branch, what, step })
+fn finite(branch: &'static str, what: &'static str, step: usize, value: f64) -> Result<(), Error> {
+    match value.is_finite() {
+        true => Ok(()),
+        false => Err(Error::Diverged { branch, what, step }),
     }
 }

@@ -31,25 +31,26 @@ impl Attention {
         })
     }
 
-    /// `[batch, channels, length]` to the same.
+    /// `[batch, length, channels]` to the same.
     pub(super) fn forward(&self, x: Tensor<3>) -> Tensor<3> {
-        let [batch, _, length] = x.dims();
+        let [batch, length, _] = x.dims();
         let inner = self.heads * self.head_dim;
-        let qkv = self.qkv.forward(self.norm.forward(x.clone())); // [batch, 3 * inner, length]
+        let qkv = self.qkv.forward(self.norm.forward(x.clone())); // [batch, length, 3 * inner]
         let heads = |part: usize| {
-            let part = qkv.clone().narrow(1, part * inner, inner);
-            part.reshape([batch, self.heads, self.head_dim, length])
+            let part = qkv.clone().narrow(2, part * inner, inner);
+            let part = part.reshape([batch, length, self.heads, self.head_dim]);
+            part.swap_dims(1, 2) // [batch, heads, length, head_dim]
         };
         let (q, k, v) = (unit(heads(0)), unit(heads(1)), heads(2));
-        let weights = softmax(q.swap_dims(2, 3).matmul(k) * SCALE, 3); // [batch, heads, query, key]
-        let o = v.matmul(weights.swap_dims(2, 3)); // [batch, heads, head_dim, query]
-        x + self.out.forward(o.reshape([batch, inner, length]))
+        let weights = softmax(q.matmul(k.swap_dims(2, 3)) * SCALE, 3); // [batch, heads, query, key]
+        let o = weights.matmul(v).swap_dims(1, 2); // [batch, query, heads, head_dim]
+        x + self.out.forward(o.reshape([batch, length, inner]))
     }
 }
 
 /// Unit length over the channels of a head: `x / max(|x|, 1e-12)`.
 fn unit(x: Tensor<4>) -> Tensor<4> {
     // Clamped under the root, where the gradient at 0 stays finite.
-    let norm = x.clone().square().sum_dim(2).clamp_min(1e-24).sqrt();
+    let norm = x.clone().square().sum_dim(3).clamp_min(1e-24).sqrt();
     x / norm
 }

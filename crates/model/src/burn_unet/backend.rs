@@ -14,13 +14,11 @@ pub enum Backend {
     Ndarray,
     /// Any GPU that wgpu finds (Vulkan, Metal, DirectX 12).
     Wgpu,
-    /// NVIDIA GPUs.
-    Cuda,
 }
 
 impl Backend {
     /// All backends, compiled in or not.
-    pub const ALL: [Self; 4] = [Self::Flex, Self::Ndarray, Self::Wgpu, Self::Cuda];
+    pub const ALL: [Self; 3] = [Self::Flex, Self::Ndarray, Self::Wgpu];
 
     /// The backend's name, which is also its crate feature.
     pub fn name(self) -> &'static str {
@@ -28,7 +26,6 @@ impl Backend {
             Self::Flex => "flex",
             Self::Ndarray => "ndarray",
             Self::Wgpu => "wgpu",
-            Self::Cuda => "cuda",
         }
     }
 
@@ -38,7 +35,6 @@ impl Backend {
             Self::Flex => cfg!(feature = "flex"),
             Self::Ndarray => cfg!(feature = "ndarray"),
             Self::Wgpu => cfg!(feature = "wgpu"),
-            Self::Cuda => cfg!(feature = "cuda"),
         }
     }
 
@@ -58,8 +54,6 @@ impl Backend {
             Self::Wgpu => probe(self, || {
                 Device::wgpu(burn::tensor::DeviceKind::DefaultDevice)
             }),
-            #[cfg(feature = "cuda")]
-            Self::Cuda => probe(self, || Device::cuda(0usize)),
             #[allow(unreachable_patterns)] // with every feature there is no other
             _ => {
                 let reason = format!("not part of this build: build with the feature `{self}`");
@@ -73,7 +67,7 @@ impl Backend {
 }
 
 /// Opens a GPU and computes one sum on it: burn opens devices late, and panics where it cannot.
-#[cfg(any(feature = "wgpu", feature = "cuda"))]
+#[cfg(feature = "wgpu")]
 fn probe(backend: Backend, open: fn() -> Device) -> Result<Device, ModelError> {
     use burn::tensor::Tensor;
 
@@ -115,7 +109,7 @@ impl FromStr for Backend {
             .into_iter()
             .find(|backend| backend.name() == name)
             .ok_or_else(|| {
-                let reason = "there are flex, ndarray, wgpu and cuda".to_owned();
+                let reason = "there are flex, ndarray and wgpu".to_owned();
                 ModelError::Backend {
                     backend: text.to_owned(),
                     reason,

@@ -36,11 +36,11 @@ impl Block {
         })
     }
 
-    /// `[batch, in, length]` to `[batch, out, length]`; `time` is `[batch, 4 * width]`.
+    /// `[batch, length, in]` to `[batch, length, out]`; `time` is `[batch, 4 * width]`.
     pub(super) fn forward(&self, x: Tensor<3>, time: Tensor<2>) -> Tensor<3> {
-        let time = self.time.forward(silu(time)).unsqueeze_dim::<3>(2); // [batch, 2 * out, 1]
-        let [scale, shift] = halves(time); // [batch, out, 1]
-        let h = self.norm1.forward(self.conv1.forward(x.clone())); // [batch, out, length]
+        let time = self.time.forward(silu(time)).unsqueeze_dim::<3>(1); // [batch, 1, 2 * out]
+        let [scale, shift] = halves(time); // [batch, 1, out]
+        let h = self.norm1.forward(self.conv1.forward(x.clone())); // [batch, length, out]
         let h = silu(h * (scale + 1.0) + shift);
         let h = silu(self.norm2.forward(self.conv2.forward(h)));
         match &self.residual {
@@ -51,6 +51,6 @@ impl Block {
 }
 
 fn halves(x: Tensor<3>) -> [Tensor<3>; 2] {
-    let half = x.dims()[1] / 2;
-    [x.clone().narrow(1, 0, half), x.narrow(1, half, half)]
+    let half = x.dims()[2] / 2;
+    [x.clone().narrow(2, 0, half), x.narrow(2, half, half)]
 }

@@ -1,16 +1,20 @@
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Gradients, Tensor};
 
+use super::Flat;
 use crate::{ModelError, ParameterLayout};
 
-/// All gradients of a network, flat, in layout order, still on the device.
-pub(super) fn collect(
+/// The gradient of a loss with respect to every parameter of a network that it was computed with, still on the device.
+///
+/// # Errors
+/// A parameter that the loss does not depend on.
+pub fn gradient(
     network: &impl Module,
-    gradients: Gradients,
+    loss: Tensor<1>,
     layout: &ParameterLayout,
-) -> Result<Tensor<1>, ModelError> {
+) -> Result<Flat, ModelError> {
     let mut collector = Collector {
-        gradients,
+        gradients: loss.backward(),
         path: Vec::new(),
         found: Vec::new(),
         missing: None,
@@ -19,16 +23,16 @@ pub(super) fn collect(
     if let Some(name) = collector.missing {
         return Err(ModelError::MissingGradient(name));
     }
-    let mut flat = Vec::with_capacity(layout.entries().len());
+    let mut parts = Vec::with_capacity(layout.entries().len());
     let mut found = collector.found.into_iter();
     for spec in layout.entries() {
         // Modules are visited in the order of their fields, which is the layout's.
         match found.next() {
-            Some((name, gradient)) if name == spec.name => flat.push(gradient),
+            Some((name, gradient)) if name == spec.name => parts.push(gradient),
             _ => return Err(ModelError::MissingGradient(spec.name.clone())),
         }
     }
-    Ok(Tensor::cat(flat, 0))
+    Ok(Flat::join(layout, parts))
 }
 
 struct Collector {

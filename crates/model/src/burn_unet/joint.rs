@@ -1,13 +1,12 @@
-use burn::module::{Module, Param};
+use burn::module::Module;
 use burn::tensor::activation::silu;
-use burn::tensor::module::conv1d;
-use burn::tensor::ops::ConvOptions;
 use burn::tensor::{Device, Tensor, TensorData};
 
-use super::model::{channels_first, channels_last, download};
+use super::conv::Conv;
+use super::model::download;
 use super::source::Source;
 use super::time::Linear;
-use super::{Backend, gradients};
+use super::{Backend, Flat, FlatNetwork};
 use crate::joint::{CONDITIONS, FEATURES, JOINT_AXES, condition_features};
 use crate::joint::{JointConfig, JointInput, JointNoiseModel, JointParameters};
 use crate::{LossGradient, ModelError, ParameterLayout};
@@ -17,7 +16,7 @@ use crate::{LossGradient, ModelError, ParameterLayout};
 pub struct JointNetwork {
     condition: Condition,
     film: Linear,
-    stem: Taps,
+    stem: Conv,
     blocks: Vec<Block>,
     last: Linear,
     width: usize,
@@ -30,57 +29,31 @@ struct Condition {
     linear2: Linear,
 }
 
-/// A convolution of three taps, `dilation` steps apart, that keeps the length.
-#[derive(Module, Debug)]
-struct Taps {
-    weight: Param<Tensor<3>>, // [out, in, 3]
-    bias: Option<Param<Tensor<1>>>,
-    dilation: usize,
-}
-
 #[derive(Module, Debug)]
 struct Block {
-    conv: Taps,
+    conv: Conv,
     out: Linear,
 }
 
-impl Taps {
-    fn new(source: &Source<'_>, dilation: usize) -> Result<Self, ModelError> {
-        let bias = source
-            .has("bias")
-            .then(|| source.tensor("bias"))
-            .transpose()?;
-        Ok(Self {
-            weight: source.tensor("weight")?,
-            bias,
-            dilation,
-        })
+impl FlatNetwork for JointNetwork {
+    type Config = JointConfig;
+
+    fn layout(config: &JointConfig) -> ParameterLayout {
+        config.layout()
     }
 
-    /// `[batch, in, length]` to `[batch, out, length]`.
-    fn forward(&self, x: Tensor<3>) -> Tensor<3> {
-        let bias = self.bias.as_ref().map(Param::val);
-        let options = ConvOptions::new([1], [self.dilation], [self.dilation], 1);
-        conv1d(x, self.weight.val(), bias, options)
-    }
-}
-
-impl JointNetwork {
-    /// Builds the network with these parameters on a device (without autodiff; use [`Module::train`] for gradients).
-    ///
-    /// # Errors
-    /// A configuration that is not valid, or values that do not fit it.
-    pub fn new(parameters: &JointParameters, device: &Device) -> Result<Self, ModelError> {
-        let config = &parameters.config;
+    fn from_flat(
+        config: &JointConfig,
+        layout: &ParameterLayout,
+        values: &Flat,
+    ) -> Result<Self, ModelError> {
         config.validate()?;
-        let layout = config.layout();
-        crate::check_values(&layout, &parameters.values)?;
-        let source = Source::new(&layout, &parameters.values, device);
+        let source = Source::new(layout, values);
         let condition = source.enter("condition");
         let block = |(i, &dilation): (usize, &usize)| {
             let block = source.enter("blocks").enter(i);
             Ok(Block {
-                conv: Taps::new(&block.enter("conv"), dilation)?,
+                conv: Conv::dilated(&block.enter("conv"), dilation)?,
                 out: Linear::new(&block.enter("out"))?,
             })
         };
@@ -91,14 +64,28 @@ impl JointNetwork {
                 linear2: Linear::new(&condition.enter("linear2"))?,
             },
             film: Linear::new(&source.enter("film"))?,
-            stem: Taps::new(&source.enter("stem"), 1)?,
+            stem: Conv::dilated(&source.enter("stem"), 1)?,
             blocks: blocks.collect::<Result<_, ModelError>>()?,
             last: Linear::new(&source.enter("last"))?,
             width: config.width,
         })
     }
+}
 
-    /// `x` `[batch, 6, length]` with the features of its conditions `[batch, features]`: `[batch, 6, length]`.
+impl JointNetwork {
+    /// Builds the network with these parameters on a device (without autodiff; use [`Module::train`] for gradients).
+    ///
+    /// # Errors
+    /// A configuration that is not valid, or values that do not fit it.
+    pub fn new(parameters: &JointParameters, device: &Device) -> Result<Self, ModelError> {
+        parameters.config.validate()?;
+        let layout = parameters.layout();
+        crate::check_values(&layout, &parameters.values)?;
+        let values = Flat::upload(&layout, &parameters.values, device)?;
+        Self::from_flat(&parameters.config, &layout, &values)
+    }
+
+    /// `x` `[batch, length, 6]` with the features of its conditions `[batch, features]`: `[batch, length, 6]`.
     ///
     /// # Panics
     /// On shapes that do not fit; [`JointInput::check`] tells beforehand.
@@ -109,9 +96,9 @@ impl JointNetwork {
         let of = |column: usize| {
             let own = column * self.width..(column + 1) * self.width;
             let own = film.clone().slice([0..film.dims()[0], own]);
-            own.unsqueeze_dim::<3>(2) // [batch, width, 1]
+            own.unsqueeze_dim::<3>(1) // [batch, 1, width]
         };
-        let mut h = self.stem.forward(x); // [batch, width, length]
+        let mut h = self.stem.forward(x); // [batch, length, width]
         for (i, block) in self.blocks.iter().enumerate() {
             let u = block.conv.forward(h.clone());
             let v = silu(u * (of(2 * i) + 1.0) + of(2 * i + 1));
@@ -121,13 +108,12 @@ impl JointNetwork {
     }
 }
 
-/// A linear layer at every step: `[batch, in, length]` to `[batch, out, length]`.
+/// A linear layer at every step: `[batch, length, in]` to `[batch, length, out]`.
 fn pointwise(layer: &Linear, x: Tensor<3>) -> Tensor<3> {
-    let [batch, channels, length] = x.dims();
-    let rows = channels_last(x).reshape([batch * length, channels]);
-    let rows = layer.forward(rows);
+    let [batch, length, channels] = x.dims();
+    let rows = layer.forward(x.reshape([batch * length, channels]));
     let out = rows.dims()[1];
-    channels_first(rows.reshape([batch, length, out]))
+    rows.reshape([batch, length, out])
 }
 
 /// The joint network on a burn device, behind [`JointNoiseModel`].
@@ -163,7 +149,7 @@ impl BurnJoint {
         })
     }
 
-    /// Values `[batch, 6, length]` and features `[batch, features]` on the device.
+    /// Values `[batch, length, 6]` and features `[batch, features]` on the device.
     fn upload(&self, input: JointInput<'_>) -> (Tensor<3>, Tensor<2>) {
         let shape = [input.batch, input.length, JOINT_AXES];
         let x = Tensor::from_data(TensorData::new(input.x.to_vec(), shape), &self.device);
@@ -173,7 +159,7 @@ impl BurnJoint {
             condition_features(own, features);
         }
         let features = TensorData::new(features, [input.batch, FEATURES]);
-        (channels_first(x), Tensor::from_data(features, &self.device))
+        (x, Tensor::from_data(features, &self.device))
     }
 }
 
@@ -196,7 +182,7 @@ impl JointNoiseModel for BurnJoint {
         input.check_output(output)?;
         let (x, features) = self.upload(input);
         let out = self.network.forward(x, features);
-        output.copy_from_slice(&download(channels_last(out))?);
+        output.copy_from_slice(&download(out)?);
         Ok(())
     }
 
@@ -210,7 +196,7 @@ impl JointNoiseModel for BurnJoint {
         crate::check_count(&self.layout, "the gradient", gradient)?;
         let network = self.network.clone().train();
         let (x, features) = self.upload(input);
-        let out = channels_last(network.forward(x, features));
+        let out = network.forward(x, features);
 
         let values = download(out.clone().inner())?;
         let mut upstream = vec![0.0; values.len()];
@@ -219,9 +205,8 @@ impl JointNoiseModel for BurnJoint {
         let upstream = Tensor::from_data(upstream, &self.device); // [batch, length, 6]
 
         // The gradient of this sum is the loss's, by the chain rule.
-        let gradients = (out * upstream).sum().backward();
-        let flat = gradients::collect(&network, gradients, &self.layout)?;
-        gradient.copy_from_slice(&download(flat)?);
+        let flat = super::gradient(&network, (out * upstream).sum(), &self.layout)?;
+        gradient.copy_from_slice(&flat.download()?);
         Ok(())
     }
 }

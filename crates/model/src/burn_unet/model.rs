@@ -1,7 +1,7 @@
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 
-use super::{Backend, UNet, gradients};
+use super::{Backend, UNet};
 use crate::{Input, LossGradient, ModelError, NoiseModel, ParameterLayout, Parameters, UNetConfig};
 
 /// The network on a burn device, behind [`NoiseModel`].
@@ -40,13 +40,10 @@ impl BurnModel {
         })
     }
 
-    /// The input on the device: `[batch, in, length]`.
+    /// The input on the device: `[batch, length, in]`.
     fn upload(&self, input: Input<'_>) -> Tensor<3> {
         let shape = [input.batch, input.length, self.config.in_channels];
-        channels_first(Tensor::from_data(
-            TensorData::new(input.x.to_vec(), shape),
-            &self.device,
-        ))
+        Tensor::from_data(TensorData::new(input.x.to_vec(), shape), &self.device)
     }
 }
 
@@ -68,7 +65,7 @@ impl NoiseModel for BurnModel {
         input.check(&self.config)?;
         input.check_output(&self.config, output)?;
         let out = self.network.forward(self.upload(input), input.steps);
-        output.copy_from_slice(&download(channels_last(out))?);
+        output.copy_from_slice(&download(out)?);
         Ok(())
     }
 
@@ -81,7 +78,7 @@ impl NoiseModel for BurnModel {
         input.check(&self.config)?;
         crate::check_count(&self.layout, "the gradient", gradient)?;
         let network = self.network.clone().train();
-        let out = channels_last(network.forward(self.upload(input), input.steps));
+        let out = network.forward(self.upload(input), input.steps);
 
         let values = download(out.clone().inner())?;
         let mut upstream = vec![0.0; values.len()];
@@ -90,22 +87,17 @@ impl NoiseModel for BurnModel {
         let upstream = Tensor::from_data(upstream, &self.device); // [batch, length, out]
 
         // The gradient of this sum is the loss's, by the chain rule.
-        let gradients = (out * upstream).sum().backward();
-        let flat = gradients::collect(&network, gradients, &self.layout)?;
-        gradient.copy_from_slice(&download(flat)?);
+        let flat = super::gradient(&network, (out * upstream).sum(), &self.layout)?;
+        gradient.copy_from_slice(&flat.download()?);
         Ok(())
     }
 }
 
-pub(super) fn channels_first(x: Tensor<3>) -> Tensor<3> {
-    x.swap_dims(1, 2)
-}
-
-pub(super) fn channels_last(x: Tensor<3>) -> Tensor<3> {
-    x.swap_dims(1, 2)
-}
-
-pub(super) fn download<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, ModelError> {
+/// Copies a tensor to the host.
+///
+/// # Errors
+/// A failing backend.
+pub fn download<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f32>, ModelError> {
     let data = tensor
         .try_into_data()
         .map_err(|error| ModelError::Compute(error.to_string()))?;

@@ -24,12 +24,12 @@ impl GroupNorm {
         })
     }
 
-    /// `[batch, channels, length]` to the same.
+    /// `[batch, length, channels]` to the same.
     pub(super) fn forward(&self, x: Tensor<3>) -> Tensor<3> {
-        let [batch, channels, length] = x.dims();
-        let size = channels / self.groups * length;
-        let x = standardize(x.reshape([batch, self.groups, size]), 2);
-        let x = x.reshape([batch, channels, length]);
+        let [batch, length, channels] = x.dims();
+        let x = x.reshape([batch, length, self.groups, channels / self.groups]);
+        let x = standardize(x, |x| x.mean_dim(1).mean_dim(3)); // mean: [batch, 1, groups, 1]
+        let x = x.reshape([batch, length, channels]);
         x * per_channel(&self.weight) + per_channel(&self.bias)
     }
 }
@@ -47,22 +47,20 @@ impl ChannelNorm {
         })
     }
 
-    /// `[batch, channels, length]` to the same.
+    /// `[batch, length, channels]` to the same.
     pub(super) fn forward(&self, x: Tensor<3>) -> Tensor<3> {
-        standardize(x, 1) * per_channel(&self.weight)
+        standardize(x, |x| x.mean_dim(2)) * per_channel(&self.weight)
     }
 }
 
-/// Mean 0 and variance 1 along `dim`, with the biased variance.
-fn standardize(x: Tensor<3>, dim: usize) -> Tensor<3> {
-    let centred = x.clone() - x.mean_dim(dim);
-    let var = centred.clone().square().mean_dim(dim);
+/// Mean 0 and variance 1 over what `mean` averages, with the biased variance.
+fn standardize<const D: usize>(x: Tensor<D>, mean: impl Fn(Tensor<D>) -> Tensor<D>) -> Tensor<D> {
+    let centred = x.clone() - mean(x);
+    let var = mean(centred.clone().square());
     centred / (var + EPSILON).sqrt()
 }
 
-/// `[channels]` as `[1, channels, 1]`.
+/// `[channels]` as `[1, 1, channels]`.
 fn per_channel(values: &Param<Tensor<1>>) -> Tensor<3> {
-    let values = values.val();
-    let [channels] = values.dims();
-    values.reshape([1, channels, 1])
+    values.val().unsqueeze()
 }

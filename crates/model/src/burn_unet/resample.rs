@@ -16,9 +16,9 @@ pub(super) fn up(source: &Source<'_>) -> Result<Conv, ModelError> {
     Conv::new(source, 1, 1)
 }
 
-/// Every value twice along the length: `[batch, channels, length]` to `[.., 2 * length]`.
+/// Every step twice: `[batch, length, channels]` to `[batch, 2 * length, channels]`.
 pub(super) fn double_length(x: Tensor<3>) -> Tensor<3> {
-    let [batch, channels, length] = x.dims();
-    let twice = x.reshape([batch, channels, length, 1]).repeat_dim(3, 2);
-    twice.reshape([batch, channels, 2 * length])
+    let [batch, length, channels] = x.dims();
+    let twice = x.reshape([batch, length, 1, channels]).repeat_dim(2, 2);
+    twice.reshape([batch, 2 * length, channels])
 }

@@ -1,23 +1,23 @@
 use burn::module::Param;
-use burn::tensor::{Device, Tensor, TensorData};
+use burn::tensor::Tensor;
 
+use super::Flat;
 use crate::{ModelError, ParameterLayout};
 
-/// Hands out parameters by name, from one flat vector that is uploaded once.
+/// Hands out parameters by name, from a flat vector on a device.
 #[derive(Clone)]
 pub(super) struct Source<'a> {
     layout: &'a ParameterLayout,
-    values: Tensor<1>,
+    values: &'a Flat,
     prefix: String,
 }
 
 impl<'a> Source<'a> {
-    /// `values` is flat, in the order of `layout`; `device` is a plain one, without autodiff.
-    pub(super) fn new(layout: &'a ParameterLayout, values: &[f32], device: &Device) -> Self {
-        let data = TensorData::new(values.to_vec(), [values.len()]);
+    /// `values` are in the order of `layout`.
+    pub(super) fn new(layout: &'a ParameterLayout, values: &'a Flat) -> Self {
         Self {
             layout,
-            values: Tensor::from_data(data, device),
+            values,
             prefix: String::new(),
         }
     }
@@ -47,8 +47,9 @@ impl<'a> Source<'a> {
                 found,
             });
         };
-        let tensor = self.values.clone().slice([spec.range()]).reshape(shape);
-        Ok(Param::from_tensor(tensor))
+        Ok(Param::from_tensor(
+            self.values.parameter(spec).reshape(shape),
+        ))
     }
 
     /// Whether the layout has this parameter.

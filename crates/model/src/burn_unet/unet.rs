@@ -7,7 +7,8 @@ use super::conv::Conv;
 use super::resample::{self, double_length};
 use super::source::Source;
 use super::time::{TimeMlp, features};
-use crate::{ModelError, Parameters, UNetConfig};
+use super::{Flat, FlatNetwork};
+use crate::{ModelError, ParameterLayout, Parameters, UNetConfig};
 
 /// The 1-D UNet noise estimator.
 #[derive(Module, Debug)]
@@ -38,18 +39,20 @@ struct Middle {
     block2: Block,
 }
 
-impl UNet {
-    /// Builds the network with these parameters on a device (without autodiff; use
-    /// [`Module::train`] for gradients).
-    ///
-    /// # Errors
-    /// A configuration that is not valid, or values that do not fit it.
-    pub fn new(parameters: &Parameters, device: &Device) -> Result<Self, ModelError> {
-        let config = &parameters.config;
+impl FlatNetwork for UNet {
+    type Config = UNetConfig;
+
+    fn layout(config: &UNetConfig) -> ParameterLayout {
+        config.layout()
+    }
+
+    fn from_flat(
+        config: &UNetConfig,
+        layout: &ParameterLayout,
+        values: &Flat,
+    ) -> Result<Self, ModelError> {
         config.validate()?;
-        let layout = config.layout();
-        crate::check_values(&layout, &parameters.values)?;
-        let source = Source::new(&layout, &parameters.values, device);
+        let source = Source::new(layout, values);
 
         let last = config.levels() - 1;
         let down = |i| {
@@ -74,16 +77,31 @@ impl UNet {
             width: config.width,
         })
     }
+}
 
-    /// Estimates the noise of `x`, `[batch, in, length]`, at the diffusion step of each
-    /// window: `[batch, out, length]`.
+impl UNet {
+    /// Builds the network with these parameters on a device (without autodiff; use
+    /// [`Module::train`] for gradients).
+    ///
+    /// # Errors
+    /// A configuration that is not valid, or values that do not fit it.
+    pub fn new(parameters: &Parameters, device: &Device) -> Result<Self, ModelError> {
+        parameters.config.validate()?;
+        let layout = parameters.config.layout();
+        crate::check_values(&layout, &parameters.values)?;
+        let values = Flat::upload(&layout, &parameters.values, device)?;
+        Self::from_flat(&parameters.config, &layout, &values)
+    }
+
+    /// Estimates the noise of `x`, `[batch, length, in]`, at the diffusion step of each
+    /// window: `[batch, length, out]`.
     ///
     /// # Panics
     /// On shapes that do not fit; [`Input::check`](crate::Input::check) tells beforehand.
     pub fn forward(&self, x: Tensor<3>, steps: &[f32]) -> Tensor<3> {
         let time = features(steps, self.width, &x.device()); // [batch, width]
         let time = self.time_mlp.forward(time); // [batch, 4 * width]
-        let first = self.init_conv.forward(x); // [batch, width, length]
+        let first = self.init_conv.forward(x); // [batch, length, width]
 
         let mut x = first.clone();
         let mut skips = Vec::with_capacity(2 * self.downs.len());
@@ -94,7 +112,7 @@ impl UNet {
                 .attention
                 .forward(level.block2.forward(x, time.clone()));
             skips.push(x.clone());
-            x = level.resample.forward(x); // [batch, next, length / 2], the last keeps the length
+            x = level.resample.forward(x); // [batch, length / 2, next], the last keeps the length
         }
 
         x = self.mid.block1.forward(x, time.clone());
@@ -102,20 +120,20 @@ impl UNet {
         x = self.mid.block2.forward(x, time.clone());
 
         let mut skips = skips.into_iter().rev();
-        let mut join = |x| Tensor::cat(std::iter::once(x).chain(skips.next()).collect(), 1);
+        let mut join = |x| Tensor::cat(std::iter::once(x).chain(skips.next()).collect(), 2);
         let last = self.ups.len() - 1;
         for (j, level) in self.ups.iter().enumerate() {
             x = level.block1.forward(join(x), time.clone());
             x = level.block2.forward(join(x), time.clone());
             x = level.attention.forward(x);
             let wide = if j < last { double_length(x) } else { x };
-            x = level.resample.forward(wide); // [batch, next, 2 * length], the last keeps the length
+            x = level.resample.forward(wide); // [batch, 2 * length, next], the last keeps the length
         }
 
         x = self
             .final_block
-            .forward(Tensor::cat(vec![x, first], 1), time);
-        self.final_conv.forward(x) // [batch, out, length]
+            .forward(Tensor::cat(vec![x, first], 2), time);
+        self.final_conv.forward(x) // [batch, length, out]
     }
 }
 
