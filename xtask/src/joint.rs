@@ -7,7 +7,7 @@ use dose3_diffusion::joint::JointTrainConfig;
 use dose3_model::Precision;
 use dose3_model::joint::JointConfig;
 use dose3_study::data::DataRoot;
-use dose3_study::joint::{JointData, train};
+use dose3_study::joint::{JointData, train, untrained};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -38,6 +38,9 @@ pub struct JointArgs {
     /// Leave out the synthetic logs
     #[arg(long)]
     pub no_synthetic: bool,
+    /// Write the network as it is before training, to compare with
+    #[arg(long, conflicts_with_all = ["steps", "batch", "rate", "no_synthetic"])]
+    pub untrained: bool,
     /// Seed
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
@@ -63,6 +66,15 @@ pub fn run(args: &JointArgs) -> Result<()> {
         ..JointTrainConfig::default()
     };
     let network = JointConfig::new(args.width, &args.dilations);
+    let precision = match args.full_precision {
+        true => Precision::F32,
+        false => Precision::F16,
+    };
+    if args.untrained {
+        untrained(&network, &config)?.write(&args.out, precision)?;
+        println!("wrote {}, untrained", args.out.display());
+        return Ok(());
+    }
     let root = DataRoot::find(args.data.as_deref())?;
     let longest = config.lengths.iter().copied().max().unwrap_or(1);
     let data = JointData::read(&root, longest, !args.no_synthetic)?;
@@ -79,7 +91,7 @@ pub fn run(args: &JointArgs) -> Result<()> {
     println!("{} parameters", network.layout().len());
     let start = Instant::now();
     let (mut sum, mut count) = (0.0, 0);
-    let model = train(&network, &config, data, &mut |row| {
+    let model = train(&network, &config, data, &mut |row, validated| {
         (sum, count) = (sum + row.loss, count + 1);
         if row.step.is_multiple_of(100) || row.step == config.steps {
             println!(
@@ -91,11 +103,10 @@ pub fn run(args: &JointArgs) -> Result<()> {
             );
             (sum, count) = (0.0, 0);
         }
+        if let Some(errors) = validated {
+            println!("validation at step {}, each set: {errors:.4?}", row.step);
+        }
     })?;
-    let precision = match args.full_precision {
-        true => Precision::F32,
-        false => Precision::F16,
-    };
     model.write(&args.out, precision)?;
     println!(
         "wrote {}; validation {:?}",

@@ -111,3 +111,41 @@ fn a_windows_numbers_depend_on_it_alone_and_not_on_the_unit() {
         assert!((a - b).abs() < 1e-3, "{a} {b}");
     }
 }
+
+#[test]
+fn held_out_trusted_logs_say_whether_the_network_is_asked() {
+    let run = |logs: &[Trajectory]| {
+        let options = FitOptions {
+            statistics: None,
+            ..options("kinematic")
+        };
+        let builder = Detector::builder().model(model()).options(options);
+        builder.run(logs, &mut ()).unwrap()
+    };
+    let said = |fitted: &dose3::detector::Fitted| {
+        let of_network = fitted.notes.iter().find_map(|note| match note {
+            dose3::logs::Note::JointNetwork {
+                asked,
+                pieces,
+                with,
+                without,
+                ..
+            } => Some((*asked, *pieces, *with, *without)),
+            _ => None,
+        });
+        of_network.unwrap()
+    };
+    let log = |seed| trajectory(Platform::Vehicle, seed, 1700, 10.0);
+    let trusted: Vec<Trajectory> = (60..66).map(log).collect();
+    let fitted = run(&trusted);
+    let (asked, pieces, with, without) = said(&fitted);
+    assert!(pieces > 200 && without > 10, "{without} of {pieces}");
+    assert!(!asked || with > without);
+    let statistics = &fitted.detector.header().statistics.config().statistics;
+    assert_eq!(statistics.needs_joint(), asked);
+    assert_eq!(fitted.detector.model().joint.is_some(), asked);
+    // Three logs leave none to hold out in halves.
+    let fitted = run(&trusted[..3]);
+    assert_eq!(said(&fitted), (false, 0, 0, 0));
+    assert_eq!(fitted.detector.model().joint, None);
+}

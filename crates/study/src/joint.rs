@@ -135,7 +135,11 @@ fn long(set: JointSet, longest: usize) -> Option<JointSet> {
         .then_some(set)
 }
 
-/// Trains a joint network; `heard` is told of every step.
+/// Steps from one validation to the next, and the sequences of each set that it takes.
+const VALIDATED: (usize, usize) = (2000, 256);
+
+/// Trains a joint network; `heard` is told of every step, and from time to time of the error on the validation logs of
+/// each set.
 ///
 /// # Errors
 /// Settings out of range, divergence.
@@ -143,15 +147,25 @@ pub fn train(
     network: &JointConfig,
     config: &JointTrainConfig,
     data: JointData,
-    heard: &mut dyn FnMut(&JointTrainRow),
+    heard: &mut dyn FnMut(&JointTrainRow, Option<&[f64]>),
 ) -> Result<JointModel> {
     let initial = JointParameters::init(network, config.seed)?;
     let mut engine = JointEngine::new(&initial, EngineOptions::default())?;
     let mut trainer = JointTrainer::new(config.clone(), &mut engine, &data.training)?;
-    trainer.run(heard)?;
+    let (every, count) = VALIDATED;
+    while trainer.step() < config.steps {
+        let row = trainer.advance()?;
+        if row.step.is_multiple_of(every) {
+            let each = data.validation.chunks(1);
+            let errors = each.map(|set| Ok(trainer.validate(set, count)?));
+            heard(&row, Some(&errors.collect::<Result<Vec<_>>>()?));
+        } else {
+            heard(&row, None);
+        }
+    }
     let validation = match data.validation.is_empty() {
         true => None,
-        false => Some(trainer.validate(&data.validation, 512)?),
+        false => Some(trainer.validate(&data.validation, 2 * count)?),
     };
     Ok(JointModel {
         parameters: trainer.averaged()?,
@@ -161,6 +175,24 @@ pub fn train(
             training: config.clone(),
             sets: data.records,
             validation,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+        },
+    })
+}
+
+/// The same network before training: the control that every table needs.
+///
+/// # Errors
+/// A network that cannot be.
+pub fn untrained(network: &JointConfig, config: &JointTrainConfig) -> Result<JointModel> {
+    Ok(JointModel {
+        parameters: JointParameters::init(network, config.seed)?,
+        header: JointHeader {
+            format_version: VERSION,
+            network: network.clone(),
+            training: config.clone(),
+            sets: Vec::new(),
+            validation: None,
             version: env!("CARGO_PKG_VERSION").to_owned(),
         },
     })

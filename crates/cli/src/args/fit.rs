@@ -38,7 +38,8 @@ pub struct Fit {
     #[arg(long)]
     pub force: bool,
     /// Statistics, joined by + for one density, by commas for a density each, by / for a test of their own
-    /// with a share of alpha (default: the best measured for a motion model, `paper24` for a paper model)
+    /// with a share of alpha (default: the best measured for a motion model, and beside it the joint
+    /// network where the model has one and it finds more in held-out trusted logs; `paper24` for a paper model)
     #[arg(long, value_name = "SET")]
     pub statistics: Option<String>,
     /// How several densities become one score: joint, fisher, harmonic-mean, maximum (default:

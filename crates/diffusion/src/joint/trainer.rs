@@ -53,8 +53,8 @@ pub struct JointTrainConfig {
 impl Default for JointTrainConfig {
     fn default() -> Self {
         Self {
-            steps: 6000,
-            batch: 32,
+            steps: 24_000,
+            batch: 16,
             lengths: vec![32, 64, 128, 128],
             learning_rate: 2e-3,
             clip: 1.0,
@@ -221,6 +221,11 @@ impl<'a> JointTrainer<'a> {
         self.step = step;
         self.heard.step = step;
         Ok(self.heard)
+    }
+
+    /// Steps done.
+    pub fn step(&self) -> usize {
+        self.step
     }
 
     /// The averaged weights: what a finished run is kept for.

@@ -1,12 +1,11 @@
 //! At which rate, and in windows of how many steps, logs are measured.
 
+use super::short::SHORT_STEPS;
 use crate::error::{Error, Result, Setting};
 use crate::model_file::Model;
 use dose3_datasets::{Kind, RateSource, Trajectory, same_rate, stretches};
 use dose3_ood::StatisticsSet;
 
-/// Windows, in steps, for logs that are too short for the usual ones, the longer ones first.
-pub const SHORTER_WINDOWS: [usize; 2] = [64, 32];
 /// Rates at which logs may be measured, hertz.
 const RATES: [f64; 2] = [2.0, 200.0];
 /// Steps of a window that may be asked for.
@@ -81,7 +80,7 @@ pub(super) fn longest(log: &Trajectory) -> usize {
 }
 
 /// Steps of the windows that logs are measured in: what is wanted, else the model's, or where three quarters of the
-/// logs, whose longest stretches have so many poses, do not reach that, the longest of [`SHORTER_WINDOWS`] that they do.
+/// logs, whose longest stretches have so many poses, do not reach that, the longest of [`SHORT_STEPS`] that they do.
 ///
 /// # Errors
 /// [`Error::Setting`] for a length out of range, or another than that of a network that is to run.
@@ -108,7 +107,7 @@ pub(super) fn window(
         None => {
             let reached = most_reach(stretches, usize::cmp).unwrap_or(usize::MAX);
             let fits = |steps: &usize| header.representation.kind.poses(*steps) <= reached;
-            let all = std::iter::once(header.window).chain(SHORTER_WINDOWS);
+            let all = std::iter::once(header.window).chain(SHORT_STEPS);
             Ok(all
                 .clone()
                 .find(fits)
@@ -118,11 +117,11 @@ pub(super) fn window(
     }
 }
 
-/// The windows that are measured beside those of `window` steps, for logs that are too short for these.
-pub(super) fn shorter(model: &Model, window: usize, statistics: &StatisticsSet) -> Vec<usize> {
-    let shorter = SHORTER_WINDOWS.into_iter();
+/// Steps of the short windows that are measured beside those of `window` steps.
+pub(super) fn short(model: &Model, window: usize, statistics: &StatisticsSet) -> Vec<usize> {
+    let shorter = SHORT_STEPS.into_iter().filter(|steps| *steps < window);
     match free(model, statistics) {
-        true => shorter.filter(|steps| *steps < window).collect(),
+        true => shorter.collect(),
         false => Vec::new(),
     }
 }
@@ -173,10 +172,11 @@ mod tests {
         assert_eq!(of(&[64, 500]), 32);
         assert_eq!(of(&[20]), 32);
         assert_eq!(of(&[40, 200, 300, 400, 500]), 128);
-        assert_eq!(shorter(&model, 64, &plain), [32]);
+        assert_eq!(short(&model, 128, &plain), [64, 32]);
+        assert_eq!(short(&model, 64, &plain), [32]);
         assert_eq!(stride(&model, 32, 32), 8);
         assert_eq!(window(&model, vec![40], &network, None).unwrap(), 128);
-        assert!(shorter(&model, 128, &network).is_empty());
+        assert!(short(&model, 128, &network).is_empty());
         for bad in [31, 5000] {
             assert!(window(&model, vec![40], &plain, Some(bad)).is_err());
         }

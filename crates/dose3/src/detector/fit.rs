@@ -1,10 +1,9 @@
 //! Fitting: from a model and trusted logs to a detector, without retraining.
 
-use super::extent;
-use super::header::ShorterWindows;
-use super::short::ShortReference;
-use super::span;
-use super::{Detector, DetectorHeader, VERSION, WholeReference};
+use super::short::{STRIDE, ShortWindows};
+use super::trial::Trial;
+use super::{Defaults, Detector, DetectorHeader, FitOptions, VERSION, WholeReference};
+use super::{extent, span, trial};
 use crate::backend::Computing;
 use crate::built_in;
 use crate::error::{Error, Result, Setting};
@@ -18,121 +17,14 @@ use dose3_datasets::{
     Frame, Kind, LogGroups, Overlap, Trajectory, Window, overlaps, stretch_numbers, stretches,
     windows_of_each,
 };
-use dose3_diffusion::{NoiseSharing, Process};
+use dose3_diffusion::Process;
 use dose3_ood::{
-    Combination, DensityConfig, DetectorConfig, DetectorStatistics, Place, PoseReference,
-    StatisticsSet,
+    Combination, DetectorConfig, DetectorStatistics, Place, PoseReference, StatisticsSet,
 };
 use std::borrow::Cow;
 
-/// The statistics of the default detector: a test of kinematics, robust differences and what a linear prediction
-/// leaves over, and one of how the axes go together; a density for each block.
-pub const MOTION_STATISTICS: &str = "kinematic,differences,lin/cc";
-/// Shares of alpha of its tests.
-pub const MOTION_SHARES: [f64; 2] = [0.75, 0.25];
-
 /// With fewer trusted windows, fewer than ten lie beyond the 0.9 quantile, where the tail of chances begins.
 const FEW_WINDOWS: usize = 100;
-
-/// What a model is best used with where the user says nothing; measured by
-/// `cargo xtask benchmark --faults --part validation` (docs/METHOD.md).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Defaults {
-    /// The statistics.
-    pub statistics: &'static str,
-    /// Shares of alpha of their tests; equal ones where `None`.
-    pub shares: Option<&'static [f64]>,
-    /// Diffusion steps visited.
-    pub steps: usize,
-    /// Noise draws per window.
-    pub draws: usize,
-}
-
-impl Defaults {
-    /// The paper's statistics for a `paper` model, [`MOTION_STATISTICS`] for a `motion` model.
-    #[must_use]
-    pub fn of(model: &Model) -> Self {
-        let steps = model.header.process.steps;
-        match model.header.representation.kind {
-            Kind::Paper => Self {
-                statistics: "paper24",
-                shares: None,
-                steps,
-                draws: 2,
-            },
-            Kind::Motion => Self {
-                statistics: MOTION_STATISTICS,
-                shares: Some(&MOTION_SHARES),
-                steps: steps.min(12),
-                draws: 1,
-            },
-        }
-    }
-}
-
-/// Settings of a fit. What is `None` is what the model is best used with ([`Defaults`]).
-#[derive(Clone, Debug, PartialEq)]
-pub struct FitOptions {
-    /// The statistics, in blocks with a density each.
-    pub statistics: Option<StatisticsSet>,
-    /// The density over them.
-    pub density: DensityConfig,
-    /// How the blocks become one score; by default Fisher's sum for several, else one joint density.
-    pub combination: Option<Combination>,
-    /// Share of alpha of each test of the statistics, in (0, 1]; they sum to 1. By default those
-    /// measured to be good for the default statistics, else equal ones.
-    pub shares: Option<Vec<f64>>,
-    /// Whether trusted logs that share a recording ([`dose3_datasets::overlaps`]) are one group, whatever their
-    /// groups say.
-    pub join_overlapping: bool,
-    /// Whether the stamps of a log are compared with those of the trusted logs.
-    pub timing: bool,
-    /// Whether it is asked if position and attitude belong together as in the trusted logs.
-    pub calibration: bool,
-    /// Whether trusted logs that are unlike the others stay among what new logs are compared with.
-    pub keep_all: bool,
-    /// Share of trusted logs, and of trusted windows, that may be rejected, in (0, 1).
-    pub alpha: f64,
-    /// Poses between the starts of windows of the model's length; shorter ones start nearer in proportion.
-    pub stride: usize,
-    /// Rate at which logs are measured, hertz, 2 to 200; by default the model's, or where too few trusted logs reach
-    /// that, theirs. Faster logs are interpolated down to it, slower ones refused.
-    pub rate: Option<f64>,
-    /// Steps of a window, at least 32; by default as many as the model's, or fewer where too few trusted logs are as
-    /// long. Logs that are too short for them are judged in windows of [`SHORTER_WINDOWS`](super::SHORTER_WINDOWS).
-    pub window: Option<usize>,
-    /// Diffusion steps visited, at most the model's.
-    pub steps: Option<usize>,
-    /// Noise draws a window, over which statistics are averaged.
-    pub draws: Option<usize>,
-    /// Whether windows share their noise.
-    pub noise: NoiseSharing,
-    /// Seed of noise and fit.
-    pub seed: u64,
-}
-
-impl Default for FitOptions {
-    fn default() -> Self {
-        Self {
-            statistics: None,
-            density: DensityConfig::default(),
-            combination: None,
-            shares: None,
-            join_overlapping: true,
-            timing: true,
-            calibration: true,
-            keep_all: false,
-            alpha: 0.05,
-            stride: 32,
-            rate: None,
-            window: None,
-            steps: None,
-            draws: None,
-            noise: NoiseSharing::Shared,
-            seed: 0,
-        }
-    }
-}
 
 /// A fit to be: a model, settings, and where it is computed.
 ///
@@ -147,7 +39,7 @@ impl Default for FitOptions {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DetectorBuilder {
     model: Option<Model>,
-    options: FitOptions,
+    pub(super) options: FitOptions,
     computing: Computing,
     leave_out: bool,
 }
@@ -240,12 +132,38 @@ impl DetectorBuilder {
     /// As [`DetectorBuilder::fit`].
     pub fn run(&self, trusted: &[Trajectory], progress: &mut dyn Progress) -> Result<Fitted> {
         match &self.model {
+            Some(model) if self.is_open(model) => self.run_with_trial(model, trusted, progress),
             Some(model) => self.run_on(model, trusted, progress),
             None => self.run_on(&built_in::motion()?, trusted, progress),
         }
     }
 
-    fn run_on(
+    /// Whether the trusted logs are to say if the joint network of the model is asked.
+    fn is_open(&self, model: &Model) -> bool {
+        let said = self.options.statistics.is_some() || self.options.shares.is_some();
+        model.joint.is_some() && !said
+    }
+
+    fn run_with_trial(
+        &self,
+        model: &Model,
+        trusted: &[Trajectory],
+        progress: &mut dyn Progress,
+    ) -> Result<Fitted> {
+        let mut with_network = self.clone();
+        with_network.options.statistics = Some(trial::STATISTICS.parse()?);
+        with_network.options.shares = Some(trial::SHARES.to_vec());
+        let trial = Trial::run(&with_network, model, trusted)?;
+        let chosen = match trial.helps() {
+            true => &with_network,
+            false => self,
+        };
+        let mut fitted = chosen.run_on(model, trusted, progress)?;
+        fitted.notes.push(trial.note());
+        Ok(fitted)
+    }
+
+    pub(super) fn run_on(
         &self,
         model: &Model,
         trusted: &[Trajectory],
@@ -304,24 +222,10 @@ impl DetectorBuilder {
             progress.measured(window.index + 1, total)
         })?;
         let poses = PoseReference::fit(&poses)?;
-        let mut shorter = Vec::new();
-        for steps in extent::shorter(model, window, set) {
-            // Half as many as of the usual windows: what there is to overlap in so short a log is little.
-            let stride = 2 * extent::stride(model, steps, options.stride);
-            probe.set_window(steps);
-            let windows = windows_of_each(&logs, probe.poses(), stride)?;
-            let rows = probe.rows(&logs, &windows, set)?;
-            let places = places(&windows, stride, &groups);
-            let config = DetectorConfig {
-                overlap: steps.div_ceil(stride),
-                ..config.clone()
-            };
-            shorter.push(ShorterWindows {
-                window: steps,
-                stride,
-                statistics: DetectorStatistics::fit(config, &rows, &places, &groups.names)?,
-            });
-        }
+        let of_steps = extent::short(model, window, set).into_iter();
+        let short = of_steps
+            .map(|steps| short_windows(steps, &logs, &groups, &config, &mut probe))
+            .collect::<Result<_>>()?;
         let places = places(&windows, stride, &groups);
         let statistics = DetectorStatistics::fit(config, &rows, &places, &groups.names)?;
         let audit = &statistics.calibration().audit;
@@ -350,10 +254,6 @@ impl DetectorBuilder {
             true => Some(ranges(&logs, kept, &windows, &probe)?),
             false => None,
         };
-        let short = match needs.exacting() {
-            true => ShortReference::fit(&logs, &groups, &probe, statistics.config())?,
-            false => None,
-        };
         let spans = match needs.exacting() {
             true => span::fit(&logs, &groups, kept, needs.rate)?,
             false => Vec::new(),
@@ -366,7 +266,6 @@ impl DetectorBuilder {
             noise: plan.sharing,
             stride,
             window: (window != model.header.window).then_some(window),
-            shorter,
             trusted: logs.iter().map(LogRecord::from).collect(),
             statistics,
             reference: probe.reference(),
@@ -553,6 +452,29 @@ fn carried(model: &Model, header: &DetectorHeader) -> Model {
         parameters: model.parameters.clone(),
         joint,
     }
+}
+
+/// Short windows of the trusted logs, with densities and calibration of their own.
+fn short_windows(
+    steps: usize,
+    logs: &[Trajectory],
+    groups: &LogGroups,
+    config: &DetectorConfig,
+    probe: &mut Probe,
+) -> Result<ShortWindows> {
+    probe.set_window(steps);
+    let windows = windows_of_each(logs, probe.poses(), STRIDE)?;
+    let rows = probe.rows(logs, &windows, &config.statistics)?;
+    let config = DetectorConfig {
+        overlap: steps.div_ceil(STRIDE),
+        ..config.clone()
+    };
+    let places = places(&windows, STRIDE, groups);
+    Ok(ShortWindows {
+        steps,
+        stride: STRIDE,
+        statistics: DetectorStatistics::fit(config, &rows, &places, &groups.names)?,
+    })
 }
 
 /// Where each window lies.

@@ -1,7 +1,7 @@
 //! What a detector file says beside its model: everything that fitting decided, each fact once.
 
 use super::extent::{LONGEST, MOST_STRIDE};
-use super::short::ShortReference;
+use super::short::ShortWindows;
 use super::whole::WholeReference;
 use crate::error::{Error, Result};
 use crate::model_file::{self, FASTEST, LogRecord, Model};
@@ -44,9 +44,6 @@ pub struct DetectorHeader {
     /// Steps of a window; none: as many as the model's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<usize>,
-    /// For logs that are too short for such windows, the longer ones first.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub shorter: Vec<ShorterWindows>,
     /// The trusted logs.
     pub trusted: Vec<LogRecord>,
     /// Densities and calibration.
@@ -64,26 +61,15 @@ pub struct DetectorHeader {
     /// format 3 and older, and of models that only count poses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ranges: Option<TrustedRanges>,
-    /// Short windows, for streams; none in detectors of format 3 and where statistics need more than steps.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub short: Option<ShortReference>,
+    /// Short windows, for streams and for short logs, the longer ones first; none in detectors of format 3 and where
+    /// networks take windows of the model's length alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub short: Vec<ShortWindows>,
     /// A few steps by single numbers, for streams; none in detectors of format 3 and of models that only count poses.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub spans: Vec<SpanReference>,
     /// Version of the software that fitted it.
     pub version: String,
-}
-
-/// Densities and calibration of windows of another length.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ShorterWindows {
-    /// Steps of a window.
-    pub window: usize,
-    /// Poses between their starts.
-    pub stride: usize,
-    /// Densities and calibration.
-    pub statistics: DetectorStatistics,
 }
 
 /// Windows of one length, with what trusted ones are like.
@@ -98,19 +84,13 @@ pub(crate) struct Windows<'a> {
 }
 
 impl DetectorHeader {
-    /// Windows of every length that was fitted, the longest first.
-    pub(crate) fn windows(&self, model: &Model) -> Vec<Windows<'_>> {
-        let first = Windows {
+    /// The usual windows.
+    pub(crate) fn usual(&self, model: &Model) -> Windows<'_> {
+        Windows {
             steps: self.window.unwrap_or(model.header.window),
             stride: self.stride,
             statistics: &self.statistics,
-        };
-        let shorter = self.shorter.iter().map(|other| Windows {
-            steps: other.window,
-            stride: other.stride,
-            statistics: &other.statistics,
-        });
-        std::iter::once(first).chain(shorter).collect()
+        }
     }
 
     /// How windows are noised.
@@ -173,30 +153,20 @@ impl DetectorHeader {
         if let Some(ranges) = &self.ranges {
             ranges.check()?;
         }
-        if let Some(short) = &self.short {
-            short.check(&self.statistics.config().statistics)?;
-            let steps = self.window.unwrap_or(model.header.window);
-            if short.poses > steps + 1 || short.stride > MOST_STRIDE {
-                return unsound("its short windows are longer than the others".into());
-            }
-        }
         let set = &self.statistics.config().statistics;
-        let windows = self.windows(model);
-        let ordered = windows.windows(2).all(|pair| pair[1].steps < pair[0].steps);
-        let sound = |w: &Windows<'_>| {
-            let own = w.statistics.config();
-            let length = w.steps <= LONGEST || w.steps == model.header.window;
-            (1..=MOST_STRIDE).contains(&w.stride)
-                && w.steps > 0
-                && length
-                && own.statistics == *set
-                && own.alpha.is_finite()
+        let usual = self.usual(model).steps;
+        let mut longer = usual;
+        let sound = |short: &ShortWindows| {
+            let sound = short.sound(longer) && short.statistics.config().statistics == *set;
+            longer = short.steps;
+            sound
         };
-        if !ordered || !windows.iter().all(sound) {
+        let length = (1..=LONGEST).contains(&usual) || usual == model.header.window;
+        if usual == 0 || !length || !self.short.iter().all(sound) {
             return unsound("its windows of several lengths do not belong together".into());
         }
         let free = model.header.representation.kind == Kind::Motion && !set.needs_trace();
-        if !free && (windows.len() > 1 || windows[0].steps != model.header.window) {
+        if !free && (!self.short.is_empty() || usual != model.header.window) {
             return unsound(format!("`{set}` takes windows of the model's length alone"));
         }
         if set.needs_linear() != self.reference.linear.is_some() {
@@ -264,14 +234,13 @@ impl Before3 {
             noise: self.probe.sharing,
             stride: self.stride,
             window: None,
-            shorter: Vec::new(),
             trusted: self.trusted,
             statistics: self.statistics,
             reference: ProbeReference::default(),
             poses: self.poses,
             whole: WholeReference::default(),
             ranges: None,
-            short: None,
+            short: Vec::new(),
             spans: Vec::new(),
             version: self.version,
         })

@@ -3,6 +3,7 @@
 use super::Detector;
 use crate::detector::extent::longest;
 use crate::detector::header::Windows;
+use crate::detector::short;
 use crate::error::{Error, Result, Setting};
 use crate::logs::{Note, conform};
 use crate::progress::Progress;
@@ -19,7 +20,8 @@ pub struct JudgeOptions {
 
 impl Detector {
     /// Judges a log. Its windows lie as those of the trusted logs did, because the calibration knows how much they
-    /// overlap; of several lengths that were fitted it is the longest that the log has. The report does not depend on the number of threads.
+    /// overlap; a log that is too short for them is judged in short windows. The report does not depend on the number
+    /// of threads.
     ///
     /// # Errors
     /// A log in another frame, in another unit, slower than the trusted logs where that matters, or without one
@@ -49,16 +51,22 @@ impl Detector {
         let header = &self.header;
         let set = &header.statistics.config().statistics;
         let mut notes = notes;
-        let of_length = self.windows_for(&logs[0]);
-        let usual = self.model.header.window;
-        if of_length.steps < header.window.unwrap_or(usual) {
-            let steps = of_length.steps;
-            notes.push(Note::ShortWindows { steps, usual });
+        let usual = header.usual(&self.model);
+        let short = self.short_for(&logs[0]);
+        let of_length = short.unwrap_or(usual);
+        if short.is_some() {
+            notes.push(Note::ShortWindows {
+                steps: of_length.steps,
+                usual: self.model.header.window,
+            });
         }
         let mut pose_scores = vec![None; log.len()];
         let (windows, rows) = self.loaded.with(self, |probe| {
             probe.set_window(of_length.steps);
-            let windows = windows_of_each(logs, probe.poses(), of_length.stride)?;
+            let windows = match short {
+                Some(short) => short::of_log(&logs[0], probe.poses(), short.stride)?,
+                None => windows_of_each(logs, probe.poses(), usual.stride)?,
+            };
             let mut rows = Vec::with_capacity(windows.len());
             probe.measure(logs, &windows, |window| {
                 rows.push(window.row(set)?);
@@ -90,12 +98,19 @@ impl Detector {
         Ok(report)
     }
 
-    /// The longest windows that a log has; the shortest where it has none.
-    fn windows_for(&self, log: &Trajectory) -> Windows<'_> {
-        let kind = self.model.header.representation.kind;
-        let all = self.header.windows(&self.model);
-        let longest = longest(log);
-        let fits = |windows: &&Windows<'_>| kind.poses(windows.steps) <= longest;
-        *all.iter().find(fits).unwrap_or(&all[all.len() - 1])
+    /// The longest short windows that a log has, or the shortest, where it has no usual one.
+    fn short_for(&self, log: &Trajectory) -> Option<Windows<'_>> {
+        let (kind, longest) = (self.model.header.representation.kind, longest(log));
+        let fits = |steps: usize| kind.poses(steps) <= longest;
+        if fits(self.header.usual(&self.model).steps) {
+            return None;
+        }
+        let all = &self.header.short;
+        let short = all.iter().find(|short| fits(short.steps)).or(all.last())?;
+        Some(Windows {
+            steps: short.steps,
+            stride: short.stride,
+            statistics: &short.statistics,
+        })
     }
 }

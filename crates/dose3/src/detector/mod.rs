@@ -5,19 +5,19 @@ mod fit;
 mod header;
 mod judge;
 mod loaded;
+mod options;
 mod short;
 mod span;
 mod summary;
+mod trial;
 mod whole;
 
-pub use extent::SHORTER_WINDOWS;
-pub use fit::{
-    Defaults, DetectorBuilder, FitOptions, Fitted, LeftOut, MOTION_SHARES, MOTION_STATISTICS,
-};
+pub use fit::{DetectorBuilder, Fitted, LeftOut};
 use header::SEALED;
-pub use header::{DetectorHeader, KEY, ShorterWindows, VERSION};
+pub use header::{DetectorHeader, KEY, VERSION};
 pub use judge::JudgeOptions;
-pub use short::ShortReference;
+pub use options::{Defaults, FitOptions, MOTION_SHARES, MOTION_STATISTICS};
+pub use short::{SHORT_STEPS, ShortWindows};
 pub use summary::{DetectorSummary, OddGroup, QuantitySummary};
 pub use whole::{CALIBRATION_SHARE, TIMING_SHARE, WholeFindings, WholeReference};
 

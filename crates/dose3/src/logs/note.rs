@@ -83,6 +83,21 @@ pub enum Note {
         /// Whether the group is left out of what new logs are compared with.
         left_out: bool,
     },
+    /// The model has a joint network, and it was tried whether its test finds more.
+    JointNetwork {
+        /// Whether the detector asks it.
+        asked: bool,
+        /// Groups of trusted logs.
+        groups: usize,
+        /// Pieces of held-out trusted logs with faults.
+        pieces: usize,
+        /// Of them, those called with the network's test.
+        with: usize,
+        /// Of them, those called without.
+        without: usize,
+        /// The same three of sound pieces.
+        sound: [usize; 3],
+    },
 }
 
 impl fmt::Display for Note {
@@ -164,6 +179,26 @@ impl fmt::Display for Note {
                 } else {
                     "kept among"
                 }
+            ),
+            Self::JointNetwork {
+                pieces: 0, groups, ..
+            } => write!(
+                f,
+                "the joint network is not asked: {groups} groups of trusted logs are too few, or too short, to \
+                 measure whether it finds more"
+            ),
+            Self::JointNetwork {
+                asked,
+                pieces,
+                with,
+                without,
+                sound: [sound, sound_with, sound_without],
+                ..
+            } => write!(
+                f,
+                "the joint network is {}: of {pieces} faulty pieces of held-out trusted logs {with} are called with its test \
+                 and {without} without, of {sound} sound ones {sound_with} and {sound_without}",
+                if *asked { "asked" } else { "not asked" },
             ),
         }
     }

@@ -55,10 +55,13 @@ pub(super) fn scales(
     rate: f64,
     options: &StreamOptions,
 ) -> Result<Vec<Scale>> {
-    let short = header.short.as_ref();
-    let short = short.filter(|short| short.stride.is_multiple_of(every));
+    // A stream measures short windows by their steps of motion alone.
+    let set = &header.statistics.config().statistics;
+    let of_steps = !(set.needs_trace() || set.needs_window() || set.needs_joint());
+    let short = header.short.last();
+    let short = short.filter(|short| of_steps && short.stride.is_multiple_of(every));
     let mut lengths = vec![(poses, header.stride, &header.statistics)];
-    lengths.extend(short.map(|short| (short.poses, short.stride, &short.statistics)));
+    lengths.extend(short.map(|short| (short.steps + 1, short.stride, &short.statistics)));
     let of_windows = if header.spans.is_empty() {
         1.0
     } else {
