@@ -161,8 +161,8 @@ impl DetectorHeader {
             longer = short.steps;
             sound
         };
-        let length = (1..=LONGEST).contains(&usual) || usual == model.header.window;
-        if usual == 0 || !length || !self.short.iter().all(sound) {
+        let length = usual > 0 && (usual <= LONGEST || usual == model.header.window);
+        if !length || !self.short.iter().all(sound) {
             return unsound("its windows of several lengths do not belong together".into());
         }
         let free = model.header.representation.kind == Kind::Motion && !set.needs_trace();

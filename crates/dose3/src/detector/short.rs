@@ -38,12 +38,16 @@ impl ShortWindows {
     }
 }
 
-/// The short windows of a log. Where they leave poses over at the end of a stretch, one more ends with it.
+/// The short windows of a log. Where they do not overlap and leave poses over at the end of a stretch, one more ends with
+/// it: else half of a log of 64 poses would not be looked at.
 ///
 /// # Errors
 /// A log without one.
 pub(super) fn of_log(log: &Trajectory, poses: usize, stride: usize) -> Result<Vec<Window>> {
     let mut all = windows_of_each(std::slice::from_ref(log), poses, stride)?;
+    if stride + 1 < poses {
+        return Ok(all);
+    }
     let long = stretches(log, log.max_gap).into_iter();
     let long = long.filter(|stretch| stretch.len() >= poses);
     all.extend(long.filter_map(|stretch| {
@@ -76,6 +80,8 @@ mod tests {
             let of: Vec<usize> = found.iter().map(|window| window.start).collect();
             assert_eq!(of, starts, "{poses}");
         }
+        let half = of_log(&trajectory(Platform::Vehicle, 1, 128, 10.0), 65, 32).unwrap();
+        assert_eq!(half.len(), 2);
         assert!(of_log(&trajectory(Platform::Vehicle, 1, 32, 10.0), 33, 32).is_err());
     }
 }
