@@ -1,6 +1,7 @@
 //! Files that the program writes: checked before any work, and nothing of the user's is replaced unasked.
 
 use anyhow::{Context, Result, bail};
+use dose3::atomic::temporary;
 use std::fs;
 use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -87,7 +88,7 @@ impl OutputFile {
                 .write(true)
                 .open(&self.path)
                 .map(To::Device),
-            false => NamedTempFile::new_in(folder_of(&self.path)).map(To::Temporary),
+            false => temporary(folder_of(&self.path)).map(To::Temporary),
         };
         Ok(Writing {
             to: BufWriter::new(to.with_context(|| cannot_write(&self.path))?),
@@ -173,13 +174,6 @@ impl Write for Writing {
 
 fn put(file: NamedTempFile, path: &Path) -> std::io::Result<()> {
     file.as_file().sync_all()?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // Temporary files are private; the result should be as readable as any other file.
-        let permissions = fs::Permissions::from_mode(0o644);
-        file.as_file().set_permissions(permissions)?;
-    }
     file.persist(path)?;
     Ok(())
 }

@@ -34,7 +34,7 @@ impl Unfinished {
             _ => Path::new("."),
         };
         std::fs::create_dir_all(folder).map_err(Error::io("create", folder))?;
-        let file = NamedTempFile::new_in(folder).map_err(Error::io("write", path))?;
+        let file = temporary(folder).map_err(Error::io("write", path))?;
         Ok(Self {
             file,
             path: path.to_path_buf(),
@@ -61,15 +61,20 @@ impl Write for Unfinished {
     }
 }
 
+/// A temporary file in `folder` that is to become one of its files: others may do with it what they may with any file
+/// that the user makes (the umask).
+///
+/// # Errors
+/// What the operating system answers.
+pub fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
 fn put(file: NamedTempFile, path: &Path) -> std::io::Result<()> {
     file.as_file().sync_all()?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // Temporary files are private; the result should be as readable as any other file.
-        let permissions = std::fs::Permissions::from_mode(0o644);
-        file.as_file().set_permissions(permissions)?;
-    }
     file.persist(path)?;
     Ok(())
 }
