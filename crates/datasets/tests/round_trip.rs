@@ -118,6 +118,8 @@ proptest! {
         let back = through(Format::RobotCar, "vo.csv", |sink| write::robotcar_vo(sink, &log));
         let origin = log.poses[0].inverse();
         let relative: Vec<Pose> = log.poses.iter().map(|pose| origin.compose(pose)).collect();
+        // The identity amid poses far away is how trackers say that they are lost.
+        prop_assume!(!relative[1..].contains(&Pose::identity()));
         let (angle, metres) = difference(&relative, &back.poses);
         // Steps of thousands of kilometres, chained.
         prop_assert!(angle < 1e-12 && metres < 1e-6, "{angle:e} {metres:e}");
