@@ -187,7 +187,7 @@ impl<'a> JointTrainer<'a> {
     }
 
     /// One optimiser step. Everything random in it is seeded by the run's seed and the step's number. On a device,
-    /// losses are read every [`TOLD`] steps; in between, the means that were read last are answered.
+    /// losses are read every 20 steps; in between, the means that were read last are answered.
     ///
     /// # Errors
     /// Divergence, as soon as losses are read, or a network's refusal.
