@@ -266,7 +266,7 @@ fn unwritable_output_is_told_before_the_work() {
     let out = format!("{log}/detector.dose3");
     refused(
         ["fit", "--trusted", &log, "--out", &out],
-        &["cannot write into", "vehicle_0.txt"],
+        &["cannot create", "vehicle_0.txt"],
     );
 }
 

@@ -1,11 +1,10 @@
 //! Files that the program writes: checked before any work, and nothing of the user's is replaced unasked.
 
 use anyhow::{Context, Result, bail};
-use dose3::atomic::temporary;
+use dose3::atomic::Unfinished;
 use std::fs;
-use std::io::{BufWriter, Read, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
 
 /// A kind of file that may be replaced by a newer one of its kind.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +62,7 @@ impl OutputFile {
             false => path.to_path_buf(),
         };
         if !is_device(&path) {
-            check_folder(folder_of(&path))?;
+            drop(Unfinished::begin(&path)?);
         }
         Ok(Self { path })
     }
@@ -84,15 +83,15 @@ impl OutputFile {
     /// What the operating system answers, with the path.
     pub fn begin(&self) -> Result<Writing> {
         let to = match is_device(&self.path) {
-            true => fs::OpenOptions::new()
-                .write(true)
-                .open(&self.path)
-                .map(To::Device),
-            false => temporary(folder_of(&self.path)).map(To::Temporary),
+            true => {
+                let device = fs::OpenOptions::new().write(true).open(&self.path);
+                let device = device.with_context(|| cannot_write(&self.path))?;
+                To::Device(device, self.path.clone())
+            }
+            false => To::File(Unfinished::begin(&self.path)?),
         };
         Ok(Writing {
-            to: BufWriter::new(to.with_context(|| cannot_write(&self.path))?),
-            path: self.path.clone(),
+            to: BufWriter::new(to),
         })
     }
 
@@ -106,27 +105,33 @@ impl OutputFile {
 #[derive(Debug)]
 pub struct Writing {
     to: BufWriter<To>,
-    path: PathBuf,
 }
 
+/// Errors of both name what is written.
 #[derive(Debug)]
 enum To {
-    Temporary(NamedTempFile),
-    Device(fs::File),
+    File(Unfinished),
+    Device(fs::File, PathBuf),
 }
 
 impl Write for To {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self {
-            Self::Temporary(file) => file.write(bytes),
-            Self::Device(file) => file.write(bytes),
+            Self::File(file) => file.write(bytes),
+            Self::Device(file, path) => match file.write(bytes) {
+                Err(e) if e.kind() != io::ErrorKind::Interrupted => Err(io::Error::new(
+                    e.kind(),
+                    format!("{}: {e}", cannot_write(path)),
+                )),
+                other => other,
+            },
         }
     }
 
-    fn flush(&mut self) -> std::io::Result<()> {
+    fn flush(&mut self) -> io::Result<()> {
         match self {
-            Self::Temporary(file) => file.flush(),
-            Self::Device(file) => file.flush(),
+            Self::File(file) => file.flush(),
+            Self::Device(file, _) => file.flush(),
         }
     }
 }
@@ -137,9 +142,7 @@ impl Writing {
     /// # Errors
     /// What the operating system answers, with the path.
     pub fn write(&mut self, bytes: &[u8]) -> Result<()> {
-        self.to
-            .write_all(bytes)
-            .with_context(|| cannot_write(&self.path))
+        Ok(self.to.write_all(bytes)?)
     }
 
     /// Puts the file in its place.
@@ -147,46 +150,31 @@ impl Writing {
     /// # Errors
     /// What the operating system answers, with the path.
     pub fn end(self) -> Result<()> {
-        let path = self.path;
-        let done = self
+        match self
             .to
             .into_inner()
-            .map_err(std::io::IntoInnerError::into_error);
-        done.and_then(|to| match to {
-            To::Device(_) => Ok(()),
-            To::Temporary(file) => put(file, &path),
-        })
-        .with_context(|| cannot_write(&path))
+            .map_err(io::IntoInnerError::into_error)?
+        {
+            To::Device(..) => Ok(()),
+            To::File(file) => Ok(file.end()?),
+        }
     }
 }
 
 /// For writers that take any sink.
 #[cfg(feature = "parquet")]
 impl Write for Writing {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.to.write(bytes)
     }
 
-    fn flush(&mut self) -> std::io::Result<()> {
+    fn flush(&mut self) -> io::Result<()> {
         self.to.flush()
     }
 }
 
-fn put(file: NamedTempFile, path: &Path) -> std::io::Result<()> {
-    file.as_file().sync_all()?;
-    file.persist(path)?;
-    Ok(())
-}
-
 fn cannot_write(path: &Path) -> String {
     format!("cannot write {}", path.display())
-}
-
-fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    }
 }
 
 /// Whether there is something that is neither a file nor a folder: a terminal, a pipe.
@@ -200,16 +188,6 @@ fn is_of(path: &Path, kind: Kind) -> bool {
     let mut start = Vec::new();
     let read = fs::File::open(path).and_then(|file| file.take(START).read_to_end(&mut start));
     read.is_ok_and(|length| length == 0 || (kind.begins)(&start))
-}
-
-/// Refuses a folder that cannot be made or written to.
-///
-/// # Errors
-/// What the operating system answers.
-pub fn check_folder(folder: &Path) -> Result<()> {
-    let writable =
-        fs::create_dir_all(folder).and_then(|()| tempfile::tempfile_in(folder).map(|_| ()));
-    writable.with_context(|| format!("cannot write into {}", folder.display()))
 }
 
 #[cfg(test)]

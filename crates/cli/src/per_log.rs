@@ -1,6 +1,6 @@
 //! Where a file for each log goes: `out.html` for a single log; of several logs each has its own in the folder `out`.
 
-use crate::output_file::{Kind, OutputFile, check_folder};
+use crate::output_file::{Kind, OutputFile};
 use anyhow::{Context, Result, bail};
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -50,7 +50,6 @@ impl PerLog {
     /// What lies there and must not be replaced; a folder that cannot be made.
     pub fn of(&mut self, log: &str) -> Result<OutputFile> {
         let folder = self.path.with_extension("");
-        check_folder(&folder)?;
         let ending = self.path.extension().unwrap_or_default().to_string_lossy();
         let path = folder.join(format!(
             "{}.{ending}",

@@ -58,14 +58,6 @@ pub enum Error {
     /// Whoever watched the training asked to end it.
     #[error("training: stopped before it was done")]
     Stopped,
-    /// A file could not be read or written.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: String,
-        /// The operating system's answer.
-        source: std::io::Error,
-    },
 }
 
 /// Checks a slice's length against its shape.

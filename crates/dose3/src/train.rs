@@ -220,17 +220,18 @@ pub fn train(
             false => Ok(()),
         }
     };
+    let mut unwritten = None;
     let ran = trainer.run(&mut on_step, &mut |t| {
         let Some(path) = &options.checkpoint else {
             return Ok(());
         };
-        atomic::write(path, &t.checkpoint()?).map_err(|e| DiffusionError::Io {
-            path: path.display().to_string(),
-            source: std::io::Error::other(e),
+        atomic::write(path, &t.checkpoint()?).map_err(|e| {
+            unwritten = Some(e);
+            DiffusionError::Stopped
         })
     });
     match ran {
-        Err(DiffusionError::Stopped) => return Err(Error::Stopped),
+        Err(DiffusionError::Stopped) => return Err(unwritten.unwrap_or(Error::Stopped)),
         other => other?,
     }
 

@@ -5,7 +5,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use tempfile::NamedTempFile;
+use dose3::atomic::Unfinished;
 use zip::ZipArchive;
 use zip::result::ZipError;
 
@@ -187,31 +187,17 @@ fn is_inside(member: &str) -> bool {
 
 /// Writes all files beside their places first and renames them only when all are on disk.
 fn store(folder: &Path, contents: &[&(PoseFile<'_>, Vec<u8>)]) -> Result<()> {
-    fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
     let mut staged = Vec::new();
     for (file, content) in contents {
-        let path = folder.join(file.name);
-        let temporary =
-            stage(folder, content).with_context(|| format!("cannot write {}", path.display()))?;
-        staged.push((temporary, path));
+        let mut staging = Unfinished::begin(&folder.join(file.name))?;
+        staging.write_all(content)?;
+        staged.push(staging);
     }
-    for (temporary, path) in staged {
-        temporary
-            .persist(&path)
-            .with_context(|| format!("cannot write {}", path.display()))?;
+    for staging in &staged {
+        staging.sync()?;
+    }
+    for staging in staged {
+        staging.end()?;
     }
     Ok(())
-}
-
-fn stage(folder: &Path, content: &[u8]) -> std::io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    // Hidden, so that no reader takes a leftover of a killed run for a log.
-    builder.prefix(".fetch-");
-    // Temporary files are private by default; data is as readable as the umask allows.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder)?;
-    file.write_all(content)?;
-    file.as_file().sync_all()?;
-    Ok(file)
 }

@@ -4,13 +4,12 @@ use super::dispatch;
 use crate::args::{Args, Demo};
 use crate::command_line::shell;
 use crate::terminal::say;
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::Parser;
 use dose3_datasets::faults::Fault;
 use dose3_datasets::synthetic::{Platform, SUITE_HERTZ, trajectory};
 use dose3_datasets::{Trajectory, write};
 use std::ffi::OsStr;
-use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
@@ -93,10 +92,8 @@ fn faulty() -> Result<Trajectory> {
 
 /// As a TUM file, which has stamps.
 fn save(path: &Path, log: &Trajectory) -> Result<()> {
-    let cannot = || format!("cannot write {}", path.display());
     let mut bytes = Vec::new();
     write::tum(&mut bytes, log)?;
-    fs::create_dir_all(path.parent().unwrap_or(Path::new("."))).with_context(cannot)?;
     dose3::atomic::write(path, &bytes)?;
     Ok(())
 }

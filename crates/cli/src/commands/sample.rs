@@ -2,9 +2,9 @@
 
 use super::{computing, model};
 use crate::args::Sample;
-use crate::output_file::{Kind, OutputFile, check_folder};
+use crate::output_file::{Kind, OutputFile};
 use crate::terminal::{count, say};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use dose3::generate;
 use dose3_datasets::write;
 
@@ -15,7 +15,6 @@ const SEQUENCE: Kind = Kind {
 };
 
 pub fn run(args: &Sample) -> Result<()> {
-    check_folder(&args.out)?;
     let seeds = (0..args.count).map(|i| args.seed.wrapping_add(i as u64));
     let files: Vec<(u64, OutputFile)> = seeds
         .map(|seed| {
@@ -29,8 +28,7 @@ pub fn run(args: &Sample) -> Result<()> {
         let trajectory = generate::sequence(&model, &mut models, seed)?;
         let mut bytes = Vec::new();
         write::kitti(&mut bytes, &trajectory)?;
-        file.save(&bytes)
-            .context("cannot write a generated sequence")?;
+        file.save(&bytes)?;
     }
     say(&format!(
         "wrote {} to {}",
