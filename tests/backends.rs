@@ -1,21 +1,25 @@
-//! The program gives the same scores on burn's CPU backends as on the built-in engine.
+//! The program gives the same scores on burn's CPU backends as on the built-in engine, and with any vector instructions.
 
 mod common;
 
 use common::{dose3, expect_code, stdout, write_logs};
 use dose3_datasets::synthetic::Platform;
 
+use std::process::Command;
+
 /// Window scores of `score --json` on one backend.
 fn scores(detector: &str, log: &str, backend: &str) -> Vec<f64> {
-    let run = dose3([
-        "score",
-        "--json",
-        "--backend",
-        backend,
-        "--detector",
-        detector,
-        log,
-    ]);
+    scores_with(detector, log, backend, "")
+}
+
+/// The same with those vector instructions.
+fn scores_with(detector: &str, log: &str, backend: &str, instructions: &str) -> Vec<f64> {
+    let run = Command::new(env!("CARGO_BIN_EXE_dose3"))
+        .args(["score", "--json", "--backend", backend])
+        .args(["--detector", detector, log])
+        .env("DOSE3_INSTRUCTIONS", instructions)
+        .output()
+        .expect("the program starts");
     assert!(
         matches!(run.status.code(), Some(0 | 1)),
         "{backend}: {}",
@@ -50,6 +54,16 @@ fn burn_backends_score_as_the_engine_does() {
     let log = logs[0].display().to_string();
     let engine = scores(&detector, &log, "engine");
     assert!(engine.len() >= 5);
+    for instructions in ["portable", "avx2", "neon"] {
+        let other = scores_with(&detector, &log, "engine", instructions);
+        assert_eq!(engine.len(), other.len());
+        for (a, b) in engine.iter().zip(&other) {
+            assert!(
+                (a - b).abs() < 1e-3 * (1.0 + a.abs()),
+                "{instructions}: {a} {b}"
+            );
+        }
+    }
     for backend in ["burn-flex", "ndarray"] {
         let other = scores(&detector, &log, backend);
         assert_eq!(engine.len(), other.len());

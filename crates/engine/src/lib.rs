@@ -48,4 +48,4 @@ mod workspace;
 pub use adam::{Adam, AdamConfig};
 pub use engine::{Engine, EngineOptions};
 pub use joint::JointEngine;
-pub use simd::Instructions;
+pub use simd::{Instructions, VARIABLE as INSTRUCTIONS_VARIABLE};

@@ -4,6 +4,8 @@
 //! instruction set (see [`dispatch!`]), so a default build runs the widest vectors that the
 //! machine has.
 
+use std::sync::OnceLock;
+
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod portable;
@@ -15,6 +17,10 @@ pub(crate) use neon::Neon;
 pub(crate) use portable::Portable;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use x86::{Avx2, Avx512};
+
+/// Variable of the environment that names the instructions to use (`portable`, `avx2`, `avx512`, `neon`): to try on one
+/// machine what another computes. What the machine lacks, or nobody knows, counts as not named.
+pub const VARIABLE: &str = "DOSE3_INSTRUCTIONS";
 
 /// A set of vector instructions the kernels are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,12 +59,30 @@ impl Instructions {
         }
     }
 
-    /// The widest that this machine has.
+    /// Its name in [`VARIABLE`].
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portable => "portable",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+            Self::Neon => "neon",
+        }
+    }
+
+    /// The set that [`VARIABLE`] names where this machine has it, else the widest that it has. The same in all of a
+    /// process: the variable is read once.
     pub fn detect() -> Self {
-        [Self::Avx512, Self::Avx2, Self::Neon]
-            .into_iter()
-            .find(|set| set.available())
-            .unwrap_or(Self::Portable)
+        static DETECTED: OnceLock<Instructions> = OnceLock::new();
+        *DETECTED.get_or_init(|| {
+            let named = std::env::var(VARIABLE).ok();
+            let named = named.and_then(|name| Self::ALL.into_iter().find(|set| set.name() == name));
+            let widest = [Self::Avx512, Self::Avx2, Self::Neon].into_iter();
+            named
+                .into_iter()
+                .chain(widest)
+                .find(|set| set.available())
+                .unwrap_or(Self::Portable)
+        })
     }
 }
 
