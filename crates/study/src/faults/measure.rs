@@ -2,7 +2,7 @@
 
 use super::locate::{self, Locator};
 use super::methods::{FOLLOWED, KINEMATIC, METHODS, NETWORK, Network, all};
-use super::prober::{Prober, SetRows, Settings, fit};
+use super::prober::{Prober, SetRows, Settings, fit, overlap};
 use super::protocol::{LogSet, Part};
 use super::record::Run;
 use super::{FaultOptions, Section, alarms, cells, controls, logs, near, windows};
@@ -50,7 +50,7 @@ pub fn one_run(
         ..Bootstrap::default()
     };
     let mut prober = Prober::new(model, &settings)?;
-    let overlap = prober.poses.div_ceil(of_faults.stride);
+    let overlap = overlap(prober.poses, of_faults.stride);
     let bytes = model.to_bytes(Precision::F32, &[])?;
     let mut run = Run::new(seed, &bytes, trained_on(model, sets, part));
     let fitted = fit_all(of_faults, sets, &settings, &mut prober)?;
@@ -154,7 +154,7 @@ fn fit_all(
     settings: &Settings,
     prober: &mut Prober,
 ) -> Result<Fitted> {
-    let overlap = prober.poses.div_ceil(of_faults.stride);
+    let overlap = overlap(prober.poses, of_faults.stride);
     let (mut all_rows, mut detectors, mut locators) = (Vec::new(), Vec::new(), Vec::new());
     for set in sets {
         let fitted = set.fitted(of_faults.part);

@@ -9,7 +9,7 @@ mod logs;
 mod measure;
 mod methods;
 mod near;
-mod prober;
+pub(crate) mod prober;
 pub(crate) mod protocol;
 mod record;
 mod render;

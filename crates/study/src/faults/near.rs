@@ -1,7 +1,7 @@
 //! Near platforms: car against car at equal speed, and short hand-held and drone logs.
 
 use super::methods::{METHODS, all};
-use super::prober::{Prober, Rows, SetRows, Settings, fit};
+use super::prober::{Prober, Rows, SetRows, Settings, fit, overlap};
 use super::protocol::{LogSet, Part};
 use crate::data::DataRoot;
 use anyhow::Result;
@@ -195,7 +195,7 @@ fn single(
     let end = (FITTED * log.len() as f64) as usize;
     let (before, rest) = (log.cut(0..end), log.cut(end..log.len()));
     let (all_windows, fitted, tested) = (probe(log)?, probe(&before)?, probe(&rest)?);
-    let overlap = prober.poses.div_ceil(STRIDE);
+    let overlap = overlap(prober.poses, STRIDE);
     let mut detectors = Vec::new();
     if !tested.windows.is_empty() {
         for m in all() {

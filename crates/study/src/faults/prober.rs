@@ -189,6 +189,11 @@ impl SetRows {
     }
 }
 
+/// How many windows `stride` poses apart share motion: a window of `poses` poses has one step fewer.
+pub fn overlap(poses: usize, stride: usize) -> usize {
+    (poses - 1).div_ceil(stride)
+}
+
 /// Fits a method's detector to rows of trusted windows; `groups` numbers the group of each log.
 ///
 /// # Errors

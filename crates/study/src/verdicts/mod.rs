@@ -4,6 +4,7 @@
 mod calibration;
 mod contender;
 pub(crate) mod defects;
+mod few;
 pub(crate) mod fold;
 mod forest;
 mod judge;
@@ -66,6 +67,8 @@ pub(crate) struct Record {
     windows: Vec<windows::FaultCell>,
     /// [`Section::Short`], [`Section::Lengths`], [`Section::Few`].
     called: Vec<pieces::Called>,
+    /// [`Section::Few`], sound logs.
+    few: Vec<few::FewAlarms>,
     /// [`Section::Timing`].
     timing: Vec<timing::TimingCell>,
     /// Whole logs of the same.

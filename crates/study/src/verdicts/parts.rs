@@ -3,22 +3,13 @@
 use super::fold::{self, Measured};
 use super::pieces::{self, Plan};
 use super::run::Run;
-use super::{Record, calibration as of_calibration, timing, whole, windows};
+use super::{Record, calibration as of_calibration, few, timing, whole, windows};
 use crate::faults::Section;
 use crate::faults::protocol::LogSet;
 use crate::faults::windows::sites;
 use anyhow::Result;
 use dose3_datasets::Trajectory;
 use dose3_datasets::faults::Fault;
-
-/// Numbers of trusted logs of [`Section::Few`].
-const FEW: [usize; 4] = [1, 2, 3, 5];
-/// Most choices of so few logs.
-const CHOICES: usize = 4;
-/// Most pieces judged by so few.
-const FEW_PIECES: usize = 24;
-/// Every so many faults are enough for them: all would say the same at greater length.
-const FEW_FAULTS: usize = 5;
 
 /// Faults of the stamps.
 ///
@@ -93,7 +84,8 @@ pub fn of_set(
         called(run, set, &measured, &plans, record)?;
     }
     if sections.contains(&Section::Few) {
-        few(run, set, &measured, record)?;
+        few::faults(run, set, &measured, record)?;
+        few::alarms(run, set, &measured, record)?;
     }
     if sections.contains(&Section::Whole) {
         let cells = whole::run(set.letter, &set.raw, &measured, run)?;
@@ -104,7 +96,7 @@ pub fn of_set(
 }
 
 /// The faults of both lists.
-fn faults(run: &Run<'_>) -> Vec<(&'static str, Fault)> {
+pub fn faults(run: &Run<'_>) -> Vec<(&'static str, Fault)> {
     let lists = [("suite", Fault::suite()), ("couplings", Fault::couplings())];
     let named = lists.into_iter().flat_map(|(name, list)| {
         let faults = run.severities(list).into_iter();
@@ -154,45 +146,5 @@ fn called(
         }
         println!("{}: one of {} folds judged", set.name, folds.len());
     }
-    Ok(())
-}
-
-/// Few trusted logs, chosen one after the other from up to four places on; the others are judged.
-fn few(
-    run: &mut Run<'_>,
-    set: &LogSet,
-    measured: &Measured<'_>,
-    record: &mut Record,
-) -> Result<()> {
-    let plan = Plan {
-        length: 1000,
-        faulty: 100,
-    };
-    let faults: Vec<Fault> = faults(run)
-        .into_iter()
-        .map(|(_, fault)| fault)
-        .step_by(FEW_FAULTS)
-        .collect();
-    let count = measured.groups.iter().max().map_or(0, |last| last + 1);
-    let choices = CHOICES.min(count);
-    for trusted in FEW.into_iter().filter(|trusted| *trusted < count) {
-        for choice in 0..choices {
-            let first = choice * count / choices;
-            let chosen: Vec<usize> = (0..trusted).map(|i| (first + i) % count).collect();
-            let one_of = |group: &usize| measured.groups.iter().position(|of| of == group);
-            let fitted: Vec<usize> = chosen.iter().filter_map(one_of).collect();
-            let tested: Vec<usize> = (0..set.logs.len())
-                .filter(|log| !chosen.contains(&measured.groups[*log]))
-                .collect();
-            let fit = fold::fit(measured, &fitted, run)?;
-            let most = run.most_pieces().min(FEW_PIECES).div_ceil(choices);
-            let pieces = pieces::of_logs(&set.logs, &tested, plan.length, most);
-            let (what, seed) = ((plan, Some(trusted)), run.seed());
-            let measurer = &mut run.measurer;
-            let found = pieces::run(set.letter, &pieces, what, &faults, &fit, seed, measurer)?;
-            pieces::add(&mut record.called, found);
-        }
-    }
-    println!("{}: few trusted logs", set.name);
     Ok(())
 }

@@ -106,6 +106,7 @@ pub fn run(
         .collect();
     let windows = measurer.windows(&logs);
     let sound = measurer.measure(&logs, &windows)?;
+    let all: Vec<usize> = (0..pieces.len()).collect();
     let cell = |contender, fault: Option<&Fault>, called: &[usize]| Called {
         set,
         contender,
@@ -123,7 +124,7 @@ pub fn run(
         },
     };
     let mut cells = Vec::new();
-    for (contender, called) in judge(&sound, pieces.len(), fit, measurer)? {
+    for (contender, called) in judge(&sound, &all, fit, measurer)? {
         cells.push(cell(contender, None, &called));
     }
     for fault in faults {
@@ -134,7 +135,7 @@ pub fn run(
         });
         let injections = injections.collect::<Result<Vec<_>, _>>()?;
         let faulty = with_faults(&sound, &logs, &injections, measurer)?;
-        for (contender, called) in judge(&faulty, pieces.len(), fit, measurer)? {
+        for (contender, called) in judge(&faulty, &all, fit, measurer)? {
             cells.push(cell(contender, Some(fault), &called));
         }
     }
@@ -182,10 +183,10 @@ fn with_faults(
     Ok(table)
 }
 
-/// The pieces that each contender calls.
+/// Those of the `pieces` that each contender calls.
 pub fn judge(
     table: &Table,
-    pieces: usize,
+    pieces: &[usize],
     fit: &FoldFit,
     measurer: &Measurer,
 ) -> Result<Vec<(&'static str, Vec<usize>)>> {
@@ -193,7 +194,7 @@ pub fn judge(
     for (contender, fitted) in &fit.fitted {
         let set = contender.set()?;
         let mut called = Vec::new();
-        for piece in 0..pieces {
+        for &piece in pieces {
             let windows = table.of_log(piece);
             if windows.is_empty() {
                 continue;

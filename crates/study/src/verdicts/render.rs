@@ -33,6 +33,7 @@ pub fn markdown(record: &Record) -> String {
     window_tables(&mut text, record);
     split::tables(&mut text, record);
     called_tables(&mut text, record);
+    split::few(&mut text, &record.few);
     split::whole(&mut text, &record.whole);
     split::calibration(&mut text, &record.calibration);
     timing_tables(&mut text, record);

@@ -5,6 +5,7 @@ use super::contender::{CONTENDERS, Contender, OF_JOINT};
 use super::judge::Settings;
 use super::pieces::Plan;
 use super::table::Measurer;
+use crate::faults::prober::overlap;
 use crate::faults::{self as benchmark, FaultOptions, Part};
 use crate::options::Options;
 use anyhow::Result;
@@ -68,7 +69,7 @@ impl<'a> Run<'a> {
         Ok(Self {
             settings: Settings {
                 density: options.density.parse()?,
-                overlap: (measurer.poses - 1).div_ceil(measurer.stride),
+                overlap: overlap(measurer.poses, measurer.stride),
                 draws,
                 seed: of_faults.seed,
             },

@@ -2,6 +2,7 @@
 
 use super::super::Record;
 use super::super::calibration::CalibrationCell;
+use super::super::few::FewAlarms;
 use super::super::pieces::{Called, Plan};
 use super::super::whole::WholeCell;
 use super::{detectable, head, line, mean, number, title, unique};
@@ -136,6 +137,35 @@ pub fn whole(text: &mut String, cells: &[WholeCell]) {
             let _ = writeln!(text, "Called by {row}: {}.\n", called.join("; "));
         }
     }
+}
+
+/// Sound pieces beside few trusted logs.
+pub fn few(text: &mut String, cells: &[FewAlarms]) {
+    if cells.is_empty() {
+        return;
+    }
+    let _ = writeln!(
+        text,
+        "### Sound pieces called beside few trusted logs at alpha .05\n\nEvery choice of so many groups that follow each \
+         other by name is trusted in turn (one log of each); pieces of about 1000 poses of all other groups.\n"
+    );
+    let sets = unique(cells.iter().map(|cell| cell.set));
+    let columns: Vec<String> = sets.iter().map(char::to_string).collect();
+    head(text, "row, trusted", &columns);
+    for (row, trusted) in unique(cells.iter().map(|cell| (cell.contender, cell.trusted))) {
+        let counts = sets.iter().map(|set| {
+            let cell = cells
+                .iter()
+                .find(|c| (c.contender, c.trusted, c.set) == (row, trusted, *set));
+            cell.map_or_else(|| "–".to_owned(), |c| format!("{}/{}", c.called, c.pieces))
+        });
+        line(
+            text,
+            &format!("{row}, {trusted}"),
+            &counts.collect::<Vec<_>>(),
+        );
+    }
+    text.push('\n');
 }
 
 /// Faults of the calibration.
