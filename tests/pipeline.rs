@@ -275,6 +275,7 @@ fn detectors_of_older_formats_stay_readable() {
         ("detector-v1", "sensor"),
         ("detector-v2", "body-flu"),
         ("detector-v3", "body-flu"),
+        ("detector-v4", "body-flu"),
     ] {
         let detector = text(&fixtures.join(name).with_extension("dose3"));
         let args = ["score", "--detector", &detector, "--frame", frame, "--json"];
