@@ -318,7 +318,7 @@ fn a_recording_is_whole_while_it_grows_and_after_a_sudden_end() {
         topics: vec!["/dose3/pose".to_owned()],
         ..LoadOptions::default()
     };
-    let read = |bytes: &[u8]| load_bytes("live.mcap".as_ref(), bytes, &options).unwrap();
+    let read = |bytes: &[u8]| load_bytes("live.mcap", bytes, &options).unwrap();
     let is_damaged = |found: &Trajectory| {
         let mut remarks = found.report.remarks.iter();
         remarks.any(|remark| remark.kind == RemarkKind::DamagedRecording)

@@ -105,7 +105,7 @@ impl Report {
             self.batch,
             self.length,
         );
-        let engine_only = !self.flex && !(self.networks.is_empty() && self.scores.is_empty());
+        let engine_only = !(self.flex || self.networks.is_empty() && self.scores.is_empty());
         if engine_only {
             let _ = writeln!(out, "{NOT_BUILT}");
         }

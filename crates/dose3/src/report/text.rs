@@ -111,10 +111,11 @@ impl Report {
             .iter()
             .map(|m| format!("{} of {} ({})", m.called, m.pieces, m.data))
             .collect();
-        if basis.groups <= 2 {
+        if !measured.is_empty() {
             let (so_few, said) = match basis.groups {
                 1 => ("one trusted log", "says only like or unlike it"),
-                _ => ("two trusted logs", "is provisional"),
+                2 => ("two trusted logs", "is provisional"),
+                _ => ("three trusted logs", "is uncertain where logs differ"),
             };
             writeln!(
                 f,
