@@ -52,7 +52,7 @@ pub fn check(log: &Trajectory) {
 }
 
 /// Stamps from here on are not read from text, nanoseconds.
-const LATEST: u64 = 4_000_000_000_000_000_000;
+pub const LATEST: u64 = 4_000_000_000_000_000_000;
 
 /// Panics unless a log written as TUM is read back to the same poses.
 pub fn reread(log: &Trajectory) {
