@@ -59,6 +59,8 @@ pub struct Fit {
     #[arg(long)]
     pub keep_all: bool,
     /// Density over them: mixture[:N|:auto][:diagonal], kernel[:WIDTH], neighbours[:K]
+    // Brackets of help are no links.
+    #[allow(rustdoc::broken_intra_doc_links)]
     #[arg(long, value_name = "DENSITY", default_value = "mixture")]
     pub density: String,
     /// Share of trusted windows and logs that may be rejected

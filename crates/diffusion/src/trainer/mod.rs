@@ -1,4 +1,4 @@
-//! The trainer: Algorithm 1 over any [`NoiseModel`], reproducible and resumable to the bit.
+//! The trainer: Algorithm 1 over any [`Learner`], reproducible and resumable to the bit.
 //!
 //! Everything random in step `k` comes from a generator seeded by `(seed, k)`, so a run that
 //! resumes from a checkpoint draws what the uninterrupted run would have drawn.
