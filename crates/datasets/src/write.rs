@@ -74,7 +74,7 @@ pub fn euroc(sink: &mut impl Write, trajectory: &Trajectory) -> io::Result<()> {
     let position = "p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m]";
     writeln!(
         sink,
-        "#timestamp, {position}, q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []"
+        "#timestamp [ns], {position}, q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []"
     )?;
     for (stamp, pose) in trajectory.stamps.iter().zip(&trajectory.poses) {
         let [x, y, z] = pose.translation.into();
