@@ -1,7 +1,7 @@
-//! `dose3-crash [--kills N] [--every N] [--only NAME,...] [--seed S] [--python PROGRAM]`: kills at random moments, faults
-//! at every N-th call by which the programs write.
+//! Kills at random moments, and faults at the calls by which the programs write.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+use clap::Parser;
 use dose3_crash::Result;
 use dose3_crash::fault::{Fault, Library};
 use dose3_crash::folder::Contents;
@@ -10,50 +10,33 @@ use dose3_crash::scenarios::{NAMES, Place};
 use dose3_crash::trial::Trial;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
+/// Kills the programs at random moments, and refuses them calls by which they write.
+#[derive(Parser)]
 struct Settings {
-    /// Kills at random moments, of all programs together.
+    /// Kills at random moments, of all programs together
+    #[arg(long, default_value_t = 200)]
     kills: usize,
-    /// One in so many calls is struck.
-    every: usize,
+    /// One in so many calls is struck
+    #[arg(long, default_value = "1")]
+    every: NonZeroUsize,
+    /// These programs alone
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_values = NAMES)]
     only: Vec<String>,
+    /// Seed of the moments
+    #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// Python with the package, for the programs that need it
+    #[arg(long, value_name = "PROGRAM")]
     python: Option<PathBuf>,
 }
 
-fn settings() -> Result<Settings> {
-    let mut settings = Settings {
-        kills: 200,
-        every: 1,
-        only: NAMES.map(str::to_owned).to_vec(),
-        seed: 0,
-        python: None,
-    };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        let value = words.next().ok_or(format!("{word} needs a value"))?;
-        let number = || {
-            value
-                .parse::<u64>()
-                .map_err(|_| format!("{word} needs a number, found {value:?}"))
-        };
-        match word.as_str() {
-            "--kills" => settings.kills = number()? as usize,
-            "--every" => settings.every = number()?.max(1) as usize,
-            "--seed" => settings.seed = number()?,
-            "--only" => settings.only = value.split(',').map(str::to_owned).collect(),
-            "--python" => settings.python = Some(value.into()),
-            _ => return Err(format!("unknown word {word:?}")),
-        }
-    }
-    Ok(settings)
-}
-
 fn main() -> ExitCode {
-    match settings().and_then(|settings| run(&settings)) {
+    match run(&Settings::parse()) {
         Ok(0) => ExitCode::SUCCESS,
         Ok(finds) => {
             eprintln!("{finds} finds");
@@ -105,7 +88,7 @@ fn run(settings: &Settings) -> Result<usize> {
             tried.output();
         }
         let strikes = match &library {
-            Ok(library) => tried.strikes(library, settings.every),
+            Ok(library) => tried.strikes(library, settings.every.get()),
             Err(_) => "none".into(),
         };
         println!(

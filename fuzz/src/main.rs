@@ -1,8 +1,7 @@
-//! The same altered inputs in every run: `dose3-fuzz [--cases N] [--seed S] [--target NAME] [--seeds FOLDER]`, or
-//! `dose3-fuzz --replay FILE --target NAME`, or `dose3-fuzz --write FOLDER` for the seeds and dictionaries
-//! as files.
+//! The same altered inputs in every run, or one input again, or the seeds and dictionaries as files.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+use clap::Parser;
 use dose3_fuzz::{Target, check, mutate, target, targets};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -23,54 +22,45 @@ const HANGS: Duration = Duration::from_secs(60);
 /// Folder of inputs that broke something.
 const FINDS: &str = "fuzz-finds";
 
+/// Every reader is given altered inputs, the same in every run.
+#[derive(Parser)]
 struct Settings {
+    /// Altered inputs for each target
+    #[arg(long, default_value_t = 2000)]
     cases: usize,
+    /// Seed of the alterations
+    #[arg(long, default_value_t = 0)]
     seed: u64,
-    targets: Vec<&'static Target>,
-    folder: Option<PathBuf>,
+    /// This target alone
+    #[arg(long, value_name = "NAME", value_parser = named)]
+    target: Option<&'static Target>,
+    /// Folder with more inputs to alter
+    #[arg(long, value_name = "FOLDER")]
+    seeds: Option<PathBuf>,
+    /// Try this input alone
+    #[arg(long, value_name = "FILE")]
     replay: Option<PathBuf>,
+    /// Write the seeds and dictionaries as files, and try nothing
+    #[arg(long, value_name = "FOLDER")]
     write: Option<PathBuf>,
 }
 
-fn settings() -> Result<Settings, String> {
-    let mut settings = Settings {
-        cases: 2000,
-        seed: 0,
-        targets: targets::ALL.iter().collect(),
-        folder: None,
-        replay: None,
-        write: None,
-    };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        let value = words.next().ok_or(format!("{word} needs a value"))?;
-        let number = || {
-            value
-                .parse::<u64>()
-                .map_err(|_| format!("{word} needs a number, found {value:?}"))
-        };
-        match word.as_str() {
-            "--cases" => settings.cases = number()? as usize,
-            "--seed" => settings.seed = number()?,
-            "--target" => {
-                let names: Vec<&str> = targets::ALL.iter().map(|target| target.name).collect();
-                let known = target(&value).ok_or(format!(
-                    "no target {value:?}; there are {}",
-                    names.join(", ")
-                ))?;
-                settings.targets = vec![known];
-            }
-            "--seeds" => settings.folder = Some(value.into()),
-            "--replay" => settings.replay = Some(value.into()),
-            "--write" => settings.write = Some(value.into()),
-            _ => return Err(format!("unknown word {word:?}")),
-        }
+impl Settings {
+    fn targets(&self) -> impl Iterator<Item = &'static Target> {
+        let all = targets::ALL.iter();
+        all.filter(|target| self.target.is_none_or(|one| one.name == target.name))
     }
-    Ok(settings)
+}
+
+fn named(name: &str) -> Result<&'static Target, String> {
+    target(name).ok_or_else(|| {
+        let names: Vec<&str> = targets::ALL.iter().map(|target| target.name).collect();
+        format!("there are {}", names.join(", "))
+    })
 }
 
 fn main() -> ExitCode {
-    match settings().and_then(|settings| run(&settings)) {
+    match run(&Settings::parse()) {
         Ok(0) => ExitCode::SUCCESS,
         Ok(finds) => {
             eprintln!("{finds} finds, in {FINDS}");
@@ -85,7 +75,7 @@ fn main() -> ExitCode {
 
 fn run(settings: &Settings) -> Result<usize, String> {
     if let Some(folder) = &settings.write {
-        for target in &settings.targets {
+        for target in settings.targets() {
             let folder = folder.join(target.name);
             fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
             fs::write(folder.with_extension("dict"), dictionary(target))
@@ -99,20 +89,17 @@ fn run(settings: &Settings) -> Result<usize, String> {
     }
     if let Some(file) = &settings.replay {
         let bytes = fs::read(file).map_err(|error| format!("{}: {error}", file.display()))?;
-        settings
-            .targets
-            .iter()
-            .for_each(|target| check(target, &bytes));
+        settings.targets().for_each(|target| check(target, &bytes));
         return Ok(0);
     }
     let extra = settings
-        .folder
+        .seeds
         .as_deref()
         .map(files)
         .transpose()?
         .unwrap_or_default();
     let mut finds = 0;
-    for target in &settings.targets {
+    for target in settings.targets() {
         finds += search(target, settings, &extra);
     }
     Ok(finds)

@@ -3,6 +3,7 @@
 use crate::use_threads;
 use anyhow::Result;
 use clap::Args;
+use dose3::backend::{Backend, Computing};
 use dose3_diffusion::joint::JointTrainConfig;
 use dose3_model::Precision;
 use dose3_model::joint::JointConfig;
@@ -39,7 +40,7 @@ pub struct JointArgs {
     #[arg(long)]
     pub no_synthetic: bool,
     /// Write the network as it is before training, to compare with
-    #[arg(long, conflicts_with_all = ["steps", "batch", "rate", "no_synthetic"])]
+    #[arg(long, conflicts_with_all = ["steps", "batch", "rate", "no_synthetic", "backend"])]
     pub untrained: bool,
     /// Seed
     #[arg(long, default_value_t = 0)]
@@ -47,6 +48,9 @@ pub struct JointArgs {
     /// Keep weights as f32 instead of f16
     #[arg(long)]
     pub full_precision: bool,
+    /// Where to train
+    #[arg(long, value_name = "BACKEND", default_value_t)]
+    pub backend: Backend,
     /// Threads (0: all cores); results do not depend on it
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
@@ -91,7 +95,11 @@ pub fn run(args: &JointArgs) -> Result<()> {
     println!("{} parameters", network.layout().len());
     let start = Instant::now();
     let (mut sum, mut count) = (0.0, 0);
-    let model = train(&network, &config, data, &mut |row, validated| {
+    let computing = Computing {
+        backend: args.backend,
+        threads: args.threads,
+    };
+    let model = train(&network, &config, data, computing, &mut |row, validated| {
         (sum, count) = (sum + row.loss, count + 1);
         if row.step.is_multiple_of(100) || row.step == config.steps {
             println!(
@@ -114,4 +122,27 @@ pub fn run(args: &JointArgs) -> Result<()> {
         model.header.validation
     );
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: JointArgs,
+    }
+
+    #[test]
+    fn the_backend_is_named_as_by_train() {
+        let parse = |line: &[&str]| Line::try_parse_from([&["train-joint"], line].concat());
+        assert_eq!(parse(&[]).unwrap().args.backend, Backend::Engine);
+        for backend in Backend::ALL {
+            let named = parse(&["--backend", &backend.to_string()]).unwrap();
+            assert_eq!(named.args.backend, backend);
+        }
+        assert!(parse(&["--backend", "gpu"]).is_err());
+    }
 }

@@ -4,8 +4,8 @@ use crate::error::{Error, Result};
 use dose3_diffusion::ModelPair;
 use dose3_diffusion::joint::{JointSet, JointTrainConfig, JointTrainer};
 use dose3_diffusion::trainer::LearnerPair;
-use dose3_engine::{Engine, EngineOptions};
-use dose3_model::joint::JointConfig;
+use dose3_engine::{Engine, EngineOptions, JointEngine};
+use dose3_model::joint::{JointConfig, JointParameters};
 use dose3_model::{NoiseModel, PairParameters, Parameters};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -85,6 +85,34 @@ impl Computing {
             other => other.burn_learners(&initial, clip),
         }
     }
+
+    /// Starts training of a joint network there, with its optimiser on the host for the engine, on its device for every
+    /// other backend.
+    ///
+    /// # Errors
+    /// As [`Backend::load`]; settings out of range, no sequence as long as the longest that is drawn.
+    pub fn joint_trainer<'a>(
+        self,
+        config: JointTrainConfig,
+        network: &JointConfig,
+        sets: &'a [JointSet],
+    ) -> Result<JointTrainer<'a>> {
+        match self.backend {
+            Backend::Engine => {
+                let initial = JointParameters::init(network, config.seed)?;
+                let engine = JointEngine::new(&initial, self.options())?;
+                Ok(JointTrainer::new(config, Box::new(engine), sets)?)
+            }
+            other => other.burn_joint_trainer(config, network, sets),
+        }
+    }
+
+    fn options(self) -> EngineOptions {
+        EngineOptions {
+            threads: self.threads,
+            ..EngineOptions::default()
+        }
+    }
 }
 
 impl Backend {
@@ -158,23 +186,17 @@ mod burn {
             Ok(Box::new(BurnModel::new(parameters, self.burn()?)?))
         }
 
-        /// Starts training of a joint network on this backend's device; the engine trains through
-        /// [`JointTrainer::new`].
-        ///
-        /// # Errors
-        /// A backend that this build does not hold, or whose device cannot be had; settings out of range.
-        pub fn joint_trainer<'a>(
+        pub(super) fn burn_joint_trainer<'a>(
             self,
             config: JointTrainConfig,
             network: &JointConfig,
             sets: &'a [JointSet],
         ) -> Result<JointTrainer<'a>> {
-            Ok(JointTrainer::on_device(
-                config,
-                network,
-                self.burn()?,
-                sets,
-            )?)
+            let trainer = JointTrainer::on_device(config, network, self.burn()?, sets);
+            trainer.map_err(|error| match error {
+                dose3_diffusion::Error::Model(reason) => self.refused(reason.into()),
+                other => other.into(),
+            })
         }
 
         pub(super) fn burn_learners(
@@ -190,11 +212,7 @@ mod burn {
 
 #[cfg(not(any(feature = "flex", feature = "ndarray", feature = "wgpu")))]
 impl Backend {
-    /// Starts training of a joint network on this backend's device: this build has none.
-    ///
-    /// # Errors
-    /// Always.
-    pub fn joint_trainer<'a>(
+    fn burn_joint_trainer<'a>(
         self,
         _: JointTrainConfig,
         _: &JointConfig,

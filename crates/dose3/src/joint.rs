@@ -2,7 +2,8 @@
 
 use crate::atomic;
 use crate::error::{Error, Result};
-use crate::model_file::{LogRecord, check_version, from_json, json, read};
+use crate::model_file::{self, LogRecord, check_version, from_json, json, read};
+use crate::seal;
 use dose3_datasets::{Trajectory, increments, stretches};
 use dose3_diffusion::joint::JointTrainConfig;
 use dose3_model::joint::{JointConfig, JointParameters};
@@ -61,30 +62,51 @@ pub struct JointModel {
 }
 
 impl JointModel {
-    /// Serialises the weights.
+    /// Serialises the weights, with a digest of the bytes.
     ///
     /// # Errors
     /// Weights that the precision cannot hold.
     pub fn to_bytes(&self, precision: Precision) -> Result<Vec<u8>> {
-        let metadata = BTreeMap::from([(KEY.to_owned(), json("joint model", &self.header)?)]);
+        let [digest, mark] = seal::entries();
+        let header = (KEY, json("joint model", &self.header)?);
+        let entries = [header, digest, mark].map(|(key, value)| (key.to_owned(), value));
+        let metadata = BTreeMap::from(entries);
         let layout = self.parameters.layout();
         let tensors: Vec<NamedTensor<'_>> = self.parameters.tensors(PREFIX, &layout).collect();
-        Ok(write_tensors(&tensors, precision, &metadata)?)
+        seal::close(
+            "joint model",
+            write_tensors(&tensors, precision, &metadata)?,
+        )
     }
 
     /// Reads weights and checks them.
     ///
     /// # Errors
-    /// Bytes that are no joint weights, a version from the future, tensors that do not fit.
+    /// Bytes that are no joint weights or not those that were written, a version from the future, tensors that do not
+    /// fit.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let file = TensorFile::new(bytes)?;
+        let mut file = TensorFile::new(bytes)?;
+        let model = Self::part_of(&file)?;
+        seal::check("joint model", bytes, &mut file.metadata, true)?;
+        Ok(model)
+    }
+
+    /// Whether the bytes say that they are joint weights and nothing else.
+    pub(crate) fn is_alone(bytes: &[u8]) -> bool {
+        TensorFile::new(bytes).is_ok_and(|file| {
+            file.metadata.contains_key(KEY) && !file.metadata.contains_key(model_file::KEY)
+        })
+    }
+
+    /// Reads the joint weights of a file that may hold more.
+    pub(crate) fn part_of(file: &TensorFile<'_>) -> Result<Self> {
         let text = file
             .metadata
             .get(KEY)
             .ok_or(Error::NotAModel { key: KEY })?;
         check_version("joint model", text, VERSION..=VERSION)?;
         let header: JointHeader = from_json("joint model", text)?;
-        let parameters = JointParameters::read(header.network.clone(), PREFIX, &file)?;
+        let parameters = JointParameters::read(header.network.clone(), PREFIX, file)?;
         Ok(Self { header, parameters })
     }
 
@@ -119,10 +141,9 @@ pub fn steps(log: &Trajectory) -> Result<Vec<Vec<Twist>>> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn weights_come_back_from_a_file() {
+    fn model() -> JointModel {
         let network = JointConfig::new(4, &[1, 2]);
-        let model = JointModel {
+        JointModel {
             parameters: JointParameters::init(&network, 1).unwrap(),
             header: JointHeader {
                 format_version: VERSION,
@@ -132,7 +153,32 @@ mod tests {
                 validation: Some(0.25),
                 version: "0".into(),
             },
-        };
+        }
+    }
+
+    #[test]
+    fn an_altered_byte_is_found_wherever_it_is() {
+        let bytes = model().to_bytes(Precision::F16).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("joint.dose3");
+        let weights = 8 + u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+        let (mut altered, mut tried) = (bytes.clone(), 0);
+        for at in (0..bytes.len()).filter(|at| *at < weights || at % 101 == 0) {
+            altered[at] ^= 1 << (at % 8);
+            assert!(JointModel::from_bytes(&altered).is_err(), "byte {at}");
+            (altered[at], tried) = (bytes[at], tried + 1);
+        }
+        assert!(tried > weights);
+        altered[weights] ^= 1;
+        std::fs::write(&path, &altered).unwrap();
+        // Such a file is the built-in model with these weights.
+        let refused = crate::Model::read(&path).unwrap_err().to_string();
+        assert!(refused.contains("altered or damaged"), "{refused}");
+    }
+
+    #[test]
+    fn weights_come_back_from_a_file() {
+        let model = model();
         let bytes = model.to_bytes(Precision::F32).unwrap();
         assert_eq!(JointModel::from_bytes(&bytes).unwrap(), model);
         assert!(JointModel::from_bytes(&bytes[1..]).is_err());

@@ -8,7 +8,7 @@ use crate::joint::{self, JointModel};
 use crate::seal;
 use dose3_datasets::{Frame, Representation, Trajectory};
 use dose3_diffusion::{Process, ProcessConfig, trainer::TrainConfig};
-use dose3_model::{PairParameters, Precision};
+use dose3_model::{PairParameters, Precision, TensorFile};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -126,7 +126,7 @@ impl Model {
         let (parameters, mut metadata) =
             PairParameters::from_safetensors_beside(bytes, Some(joint::PREFIX))?;
         let joint = match metadata.remove(joint::KEY) {
-            Some(_) => Some(JointModel::from_bytes(bytes)?),
+            Some(_) => Some(JointModel::part_of(&TensorFile::new(bytes)?)?),
             None => None,
         };
         let Some(json) = metadata.remove(KEY) else {
@@ -176,12 +176,9 @@ impl Model {
     /// # Errors
     /// As [`Model::from_bytes`], with the path.
     pub fn read(path: &Path) -> Result<Self> {
-        read("model", path, |bytes| match Self::from_bytes(bytes) {
-            Ok((model, _)) => Ok(model),
-            Err(reason) => match JointModel::from_bytes(bytes) {
-                Ok(joint) => Ok(built_in::motion()?.with_joint(joint)),
-                Err(_) => Err(reason),
-            },
+        read("model", path, |bytes| match JointModel::is_alone(bytes) {
+            true => Ok(built_in::motion()?.with_joint(JointModel::from_bytes(bytes)?)),
+            false => Ok(Self::from_bytes(bytes)?.0),
         })
     }
 

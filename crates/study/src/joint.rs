@@ -4,12 +4,12 @@ use crate::data::DataRoot;
 use crate::roles::{Role, role};
 use crate::sets;
 use anyhow::{Context, Result};
+use dose3::backend::Computing;
 use dose3::joint::{JointHeader, JointModel, JointSetRecord, VERSION, steps};
 use dose3::model_file::LogRecord;
 use dose3_datasets::synthetic::{Platform, trajectory};
 use dose3_datasets::{Trajectory, at_rate};
-use dose3_diffusion::joint::{JointSet, JointTrainConfig, JointTrainRow, JointTrainer};
-use dose3_engine::{EngineOptions, JointEngine};
+use dose3_diffusion::joint::{JointSet, JointTrainConfig, JointTrainRow};
 use dose3_model::joint::{JointConfig, JointParameters};
 use dose3_ood::statistics::axis_scale;
 
@@ -138,20 +138,19 @@ fn long(set: JointSet, longest: usize) -> Option<JointSet> {
 /// Steps from one validation to the next, and the sequences of each set that it takes.
 const VALIDATED: (usize, usize) = (2000, 256);
 
-/// Trains a joint network; `heard` is told of every step, and from time to time of the error on the validation logs of
+/// Trains a joint network at the place `computing`; `heard` is told of every step, and from time to time of the error on the validation logs of
 /// each set.
 ///
 /// # Errors
-/// Settings out of range, divergence.
+/// A backend that cannot be had, settings out of range, divergence.
 pub fn train(
     network: &JointConfig,
     config: &JointTrainConfig,
     data: JointData,
+    computing: Computing,
     heard: &mut dyn FnMut(&JointTrainRow, Option<&[f64]>),
 ) -> Result<JointModel> {
-    let initial = JointParameters::init(network, config.seed)?;
-    let mut engine = JointEngine::new(&initial, EngineOptions::default())?;
-    let mut trainer = JointTrainer::new(config.clone(), &mut engine, &data.training)?;
+    let mut trainer = computing.joint_trainer(config.clone(), network, &data.training)?;
     let (every, count) = VALIDATED;
     while trainer.step() < config.steps {
         let row = trainer.advance()?;
@@ -196,4 +195,63 @@ pub fn untrained(network: &JointConfig, config: &JointTrainConfig) -> Result<Joi
             version: env!("CARGO_PKG_VERSION").to_owned(),
         },
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dose3::backend::Backend;
+
+    /// Synthetic logs alone.
+    fn data() -> JointData {
+        let mut data = JointData {
+            training: Vec::new(),
+            validation: Vec::new(),
+            records: Vec::new(),
+        };
+        let log = |seed| trajectory(Platform::Vehicle, seed, 200, 10.0);
+        data.add("vehicles", &[log(1), log(2)], (10.0, 1.0), 32)
+            .unwrap();
+        let held = joint_set(&[log(3)], 10.0, 1.0, Some(data.training[0].scale)).unwrap();
+        data.validation.push(held);
+        data
+    }
+
+    fn trained(backend: Backend) -> (Vec<JointTrainRow>, JointModel) {
+        let config = JointTrainConfig {
+            steps: 4,
+            batch: 4,
+            lengths: vec![16, 32],
+            ..JointTrainConfig::default()
+        };
+        let network = JointConfig::new(8, &[1, 2]);
+        let computing = Computing {
+            backend,
+            threads: 1,
+        };
+        let mut rows = Vec::new();
+        let model = train(&network, &config, data(), computing, &mut |row, _| {
+            rows.push(*row);
+        });
+        (rows, model.unwrap())
+    }
+
+    #[test]
+    fn burn_trains_the_network_of_the_engine() {
+        let (rows, engine) = trained(Backend::Engine);
+        let (other, burn) = trained(Backend::BurnFlex);
+        assert_eq!((rows.len(), other.len()), (4, 4));
+        assert!((rows[0].loss - other[0].loss).abs() < 1e-5 * rows[0].loss);
+        let loss = |model: &JointModel| model.header.validation.unwrap();
+        let (a, b) = (loss(&engine), loss(&burn));
+        assert!((a - b).abs() < 1e-4 * a, "{a} {b}");
+        assert_eq!(engine.header.sets, burn.header.sets);
+        let initial = untrained(&engine.header.network, &engine.header.training).unwrap();
+        let apart = |a: &JointModel, b: &JointModel| {
+            let pairs = a.parameters.values.iter().zip(&b.parameters.values);
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+        };
+        let (off, way) = (apart(&engine, &burn), apart(&engine, &initial));
+        assert!(way > 1e-3 && off < 0.1 * way, "{off} of {way}");
+    }
 }

@@ -29,7 +29,7 @@ pub struct TrainingRow {
     /// Steps a second in the best turn.
     pub speed: f64,
     /// Largest difference of a loss from the engine's over the first steps, relative to the engine's.
-    pub apart: Option<f64>,
+    pub off_by: Option<f64>,
 }
 
 /// Arcs of different curvature.
@@ -66,8 +66,8 @@ impl WindowSource for Arcs {
 struct Contestant<'a> {
     what: String,
     trainer: Trainer<'a>,
-    /// Whether every step is done when it returns.
-    waits: bool,
+    /// The others are held to it, and its steps are done when they return.
+    is_engine: bool,
     first: LogRow,
     best: Option<f64>,
 }
@@ -90,7 +90,7 @@ impl Contestant<'_> {
             self.trainer.advance()?;
             steps += 1;
             let elapsed = start.elapsed().as_secs_f64();
-            if elapsed >= seconds && (self.waits || steps % BLOCK == 0) {
+            if elapsed >= seconds && (self.is_engine || steps % BLOCK == 0) {
                 shorter(&mut self.best, elapsed / steps as f64);
                 return Ok(());
             }
@@ -133,7 +133,7 @@ pub fn run(args: &BenchArgs, shape: &Shape) -> Result<(Vec<TrainingRow>, Option<
     let mut contestants = Vec::new();
     for &backend in &args.backends {
         let computing = Computing { backend, threads };
-        let mut enter = |what: String, waits: bool, learners: LearnerPair| -> Result<()> {
+        let mut enter = |what: String, is_engine: bool, learners: LearnerPair| -> Result<()> {
             let (process, data) = (ProcessConfig::default(), String::new());
             let trainer = Trainer::new(
                 config,
@@ -147,7 +147,7 @@ pub fn run(args: &BenchArgs, shape: &Shape) -> Result<(Vec<TrainingRow>, Option<
             contestants.push(Contestant {
                 what,
                 trainer: trainer?,
-                waits,
+                is_engine,
                 first: LogRow::default(),
                 best: None,
             });
@@ -182,20 +182,20 @@ pub fn run(args: &BenchArgs, shape: &Shape) -> Result<(Vec<TrainingRow>, Option<
         }
         Ok(())
     })?;
-    let engine = contestants
-        .iter()
-        .find(|c| c.waits && c.what.starts_with("engine"));
-    let engine = engine.map(|c| c.first);
-    let row = |what: String, best: Option<f64>, apart| TrainingRow {
+    let engine = contestants.iter().find(|c| c.is_engine).map(|c| c.first);
+    let row = |what: String, best: Option<f64>, off_by| TrainingRow {
         width: shape.width,
         parameters: count,
         what,
         speed: best.map_or(0.0, f64::recip),
-        apart,
+        off_by,
     };
     let mut rows: Vec<TrainingRow> = contestants
         .iter()
-        .map(|c| row(c.what.clone(), c.best, engine.map(|e| apart(&c.first, &e))))
+        .map(|c| {
+            let engine = engine.filter(|_| !c.is_engine);
+            row(c.what.clone(), c.best, engine.map(|e| off_by(&c.first, &e)))
+        })
         .collect();
     let version = pytorch.as_mut().map(Pytorch::version).transpose()?;
     for (mode, best) in torch.into_iter().filter(|(_, best)| best.is_some()) {
@@ -205,7 +205,8 @@ pub fn run(args: &BenchArgs, shape: &Shape) -> Result<(Vec<TrainingRow>, Option<
     Ok((rows, version))
 }
 
-fn apart(found: &LogRow, engine: &LogRow) -> f64 {
+/// Largest relative difference of a loss or a gradient's norm.
+fn off_by(found: &LogRow, engine: &LogRow) -> f64 {
     let losses = |row: &LogRow| {
         [
             row.translation_eps,
@@ -225,17 +226,17 @@ pub fn table(rows: &[TrainingRow], out: &mut String) {
     // Writing to a String cannot fail.
     let _ = writeln!(
         out,
-        "\nTraining steps of both networks a second, in the best turn. `apart`: the largest relative difference of a \
+        "\nTraining steps of both networks a second, in the best turn. `off by`: the largest relative difference of a \
          loss or a gradient's norm from the engine's, over the first {BLOCK} steps. PyTorch's step has a simpler \
          loss, no averaged weights and the same batch each time.\n\n\
-         | width | parameters | | steps/s | apart |\n|---|---|---|---|---|"
+         | width | parameters | | steps/s | off by |\n|---|---|---|---|---|"
     );
     for r in rows {
-        let apart = r.apart.map_or("–".to_owned(), |a| format!("{a:.0e}"));
+        let off_by = r.off_by.map_or("–".to_owned(), |a| format!("{a:.0e}"));
         let millions = r.parameters as f64 / 1e6;
         let _ = writeln!(
             out,
-            "| {} | {millions:.1} M | {} | {:.3} | {apart} |",
+            "| {} | {millions:.1} M | {} | {:.3} | {off_by} |",
             r.width, r.what, r.speed
         );
     }
@@ -256,18 +257,18 @@ mod tests {
             rotation_gradient: 4.0,
             ..LogRow::default()
         };
-        let apart = apart(&row(0.5, 2.002), &row(0.5001, 2.0));
-        assert!((apart - 1e-3).abs() < 1e-9, "{apart}");
-        let rows = [TrainingRow {
+        let off_by = off_by(&row(0.5, 2.002), &row(0.5001, 2.0));
+        assert!((off_by - 1e-3).abs() < 1e-9, "{off_by}");
+        let row = |what: &str, off_by| TrainingRow {
             width: 16,
             parameters: 2_254_918,
-            what: "wgpu".to_owned(),
+            what: what.to_owned(),
             speed: 12.5,
-            apart: Some(apart),
-        }];
+            off_by,
+        };
         let mut out = String::new();
-        table(&rows, &mut out);
-        let line = "| 16 | 2.3 M | wgpu | 12.500 | 1e-3 |";
-        assert!(out.contains(line), "{out}");
+        table(&[row("engine", None), row("wgpu", Some(off_by))], &mut out);
+        let lines = "| 16 | 2.3 M | engine | 12.500 | – |\n| 16 | 2.3 M | wgpu | 12.500 | 1e-3 |";
+        assert!(out.contains(lines), "{out}");
     }
 }

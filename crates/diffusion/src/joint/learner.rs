@@ -30,16 +30,16 @@ pub(crate) trait JointLearner: Send {
 }
 
 /// Loss, Adam and averaged weights on the host; the network computes where it likes.
-pub(super) struct HostLearner<'a> {
-    model: &'a mut dyn JointNoiseModel,
+pub(super) struct HostLearner {
+    model: Box<dyn JointNoiseModel>,
     values: Vec<f32>,
     gradient: Vec<f32>,
     adam: Adam,
 }
 
-impl<'a> HostLearner<'a> {
+impl HostLearner {
     pub(super) fn new(
-        model: &'a mut dyn JointNoiseModel,
+        mut model: Box<dyn JointNoiseModel>,
         values: Vec<f32>,
         clip: f64,
     ) -> Result<Self, Error> {
@@ -57,7 +57,7 @@ impl<'a> HostLearner<'a> {
     }
 }
 
-impl JointLearner for HostLearner<'_> {
+impl JointLearner for HostLearner {
     fn network(&self) -> &JointConfig {
         self.model.config()
     }

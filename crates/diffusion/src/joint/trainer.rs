@@ -113,7 +113,7 @@ pub struct JointTrainRow {
 /// A training run.
 pub struct JointTrainer<'a> {
     config: JointTrainConfig,
-    learner: Box<dyn JointLearner + 'a>,
+    learner: Box<dyn JointLearner>,
     sets: &'a [JointSet],
     step: usize,
     /// What was heard last of a network that is trained on a device.
@@ -127,7 +127,7 @@ impl<'a> JointTrainer<'a> {
     /// Settings out of range, no sequence as long as the longest.
     pub fn new(
         config: JointTrainConfig,
-        model: &'a mut dyn JointNoiseModel,
+        model: Box<dyn JointNoiseModel>,
         sets: &'a [JointSet],
     ) -> Result<Self, Error> {
         let initial = JointParameters::init(model.config(), config.seed)?;
@@ -153,7 +153,7 @@ impl<'a> JointTrainer<'a> {
 
     fn with(
         config: JointTrainConfig,
-        learner: Box<dyn JointLearner + 'a>,
+        learner: Box<dyn JointLearner>,
         sets: &'a [JointSet],
     ) -> Result<Self, Error> {
         config.check()?;
@@ -287,7 +287,12 @@ mod tests {
         }
     }
 
-    fn trained(steps: usize, sets: &[JointSet]) -> (JointEngine, JointParameters, f64) {
+    fn engine() -> JointEngine {
+        let initial = JointParameters::init(&JointConfig::new(16, &[1, 2]), 0).unwrap();
+        JointEngine::new(&initial, EngineOptions::default()).unwrap()
+    }
+
+    fn trained(steps: usize, sets: &[JointSet]) -> (JointParameters, f64) {
         let config = JointTrainConfig {
             steps,
             batch: 16,
@@ -295,23 +300,20 @@ mod tests {
             learning_rate: 5e-3,
             ..JointTrainConfig::default()
         };
-        let initial = JointParameters::init(&JointConfig::new(16, &[1, 2]), 0).unwrap();
-        let mut engine = JointEngine::new(&initial, EngineOptions::default()).unwrap();
-        let mut trainer = JointTrainer::new(config, &mut engine, sets).unwrap();
+        let mut trainer = JointTrainer::new(config, Box::new(engine()), sets).unwrap();
         trainer.run(&mut |_| ()).unwrap();
         let loss = trainer.validate(sets, 64).unwrap();
-        let averaged = trainer.averaged().unwrap();
-        drop(trainer);
-        (engine, averaged, loss)
+        (trainer.averaged().unwrap(), loss)
     }
 
     #[test]
     fn a_coupling_is_learnt() {
         let sets = [coupled()];
-        let (mut engine, parameters, loss) = trained(250, &sets);
-        let (_, _, first) = trained(1, &sets);
+        let (parameters, loss) = trained(250, &sets);
+        let (_, first) = trained(1, &sets);
         assert!(loss < 0.5 * first, "{loss} {first}");
         // Yaw noised beyond recognition is known from the sideways motion.
+        let mut engine = engine();
         engine.set_parameters(&parameters.values).unwrap();
         let process = JointProcess::new(&sets[0].sequences[0][..64], sets[0].scale).unwrap();
         let levels = Levels::only(8.0, |axis| axis == 5);
@@ -337,7 +339,7 @@ mod tests {
     #[test]
     fn the_same_seed_gives_the_same_weights() {
         let sets = [coupled()];
-        assert_eq!(trained(5, &sets).1, trained(5, &sets).1);
+        assert_eq!(trained(5, &sets), trained(5, &sets));
     }
 
     /// As the engine, but for rounding; losses are those of the steps since they were read last.
@@ -352,9 +354,7 @@ mod tests {
             ..JointTrainConfig::default()
         };
         let network = JointConfig::new(16, &[1, 2]);
-        let initial = JointParameters::init(&network, config.seed).unwrap();
-        let mut engine = JointEngine::new(&initial, EngineOptions::default()).unwrap();
-        let mut host = JointTrainer::new(config.clone(), &mut engine, &sets).unwrap();
+        let mut host = JointTrainer::new(config.clone(), Box::new(engine()), &sets).unwrap();
         let flex = dose3_model::burn_unet::Backend::Flex;
         let mut device = JointTrainer::on_device(config.clone(), &network, flex, &sets).unwrap();
         let (mut sum, mut count, mut told) = (0.0, 0.0, 0);
@@ -382,20 +382,21 @@ mod tests {
 
     #[test]
     fn bad_settings_are_refused() {
-        let initial = JointParameters::init(&JointConfig::new(4, &[1]), 0).unwrap();
-        let mut engine = JointEngine::new(&initial, EngineOptions::default()).unwrap();
+        let refused = |config: JointTrainConfig, sets: &[JointSet]| {
+            JointTrainer::new(config, Box::new(engine()), sets).is_err()
+        };
         let set = coupled();
         let short = JointSet {
             sequences: vec![vec![[0.0; AXES]; 20]],
             ..set.clone()
         };
         let config = JointTrainConfig::default();
-        assert!(JointTrainer::new(config.clone(), &mut engine, &[set.clone(), short]).is_err());
-        assert!(JointTrainer::new(config.clone(), &mut engine, &[]).is_err());
+        assert!(refused(config.clone(), &[set.clone(), short]));
+        assert!(refused(config.clone(), &[]));
         let none = JointTrainConfig {
             lengths: Vec::new(),
             ..config
         };
-        assert!(JointTrainer::new(none, &mut engine, &[set]).is_err());
+        assert!(refused(none, &[set]));
     }
 }
