@@ -12,7 +12,7 @@ use crate::simd::{Instructions, Isa};
 use crate::time::TimeTable;
 use crate::training::Training;
 use crate::weights::{Weights, unpack_gradient};
-use crate::workers::{self, Pieces, Workers};
+use crate::workers::{self, Kept, Pieces, Workers};
 use crate::workspace::Workspace;
 
 /// Settings of an [`Engine`]; none of them but `instructions` changes a single bit of its results.
@@ -23,6 +23,16 @@ pub struct EngineOptions {
     pub threads: usize,
     /// Vector instructions; the widest that the machine has if not given.
     pub instructions: Option<Instructions>,
+}
+
+impl EngineOptions {
+    pub(crate) fn isa(&self) -> Result<Isa, ModelError> {
+        let set = self.instructions.unwrap_or_else(Instructions::detect);
+        Isa::new(set).ok_or_else(|| ModelError::Backend {
+            backend: format!("engine with {set:?} instructions"),
+            reason: "this machine does not have them".to_owned(),
+        })
+    }
 }
 
 /// One UNet on the CPU: packed weights, and buffers for every worker.
@@ -38,8 +48,7 @@ pub struct Engine {
     /// Whether the backward matrices belong to `values`.
     backward_ready: bool,
     time: TimeTable,
-    scoring: Vec<Workspace>,
-    training: Vec<Workspace>,
+    workspaces: Kept<Workspace>,
     gradients: Vec<SharedGradient>,
     /// Gradient at every sample's scales and shifts.
     time_gradient: Vec<f32>,
@@ -53,15 +62,10 @@ impl Engine {
     /// not have.
     pub fn new(parameters: &Parameters, options: EngineOptions) -> Result<Self, ModelError> {
         parameters.config.validate()?;
-        let set = options.instructions.unwrap_or_else(Instructions::detect);
-        let isa = Isa::new(set).ok_or_else(|| ModelError::Backend {
-            backend: format!("engine with {set:?} instructions"),
-            reason: "this machine does not have them".to_owned(),
-        })?;
+        let isa = options.isa()?;
         let plan = Plan::new(&parameters.config);
         let mut engine = Self {
-            scoring: Vec::new(),
-            training: Vec::new(),
+            workspaces: Kept::new(),
             weights: Weights::new(&plan),
             plan,
             isa,
@@ -103,20 +107,6 @@ impl Engine {
         let (plan, packed) = (&self.plan, &self.weights.forward);
         self.time
             .look_up(self.isa, plan, &self.values, packed, steps);
-    }
-
-    /// Takes out the workspaces, of which there are at least `count` then. A panic (of the loss)
-    /// loses them, and the next call begins with new ones.
-    fn workspaces(&mut self, training: bool, count: usize) -> Vec<Workspace> {
-        let kept = match training {
-            true => &mut self.training,
-            false => &mut self.scoring,
-        };
-        let mut workspaces = std::mem::take(kept);
-        while workspaces.len() < count {
-            workspaces.push(Workspace::new(&self.plan, training));
-        }
-        workspaces
     }
 
     /// Makes ready what only a backward pass needs.
@@ -247,7 +237,9 @@ impl NoiseModel for Engine {
         let size = chunk * input.length * self.plan.config.out_channels;
         let pieces = Pieces::new(input.batch.div_ceil(chunk), [(output, size)]);
         let count = self.workers.count();
-        let mut workspaces = self.workspaces(false, count);
+        let mut workspaces = self
+            .workspaces
+            .take(false, count, || Workspace::new(&self.plan, false));
         let network = self.network(input.length);
         workers::run(&mut workspaces[..count], &|ws| {
             while let Some((index, [output])) = pieces.take() {
@@ -259,7 +251,7 @@ impl NoiseModel for Engine {
                 network.copy_output(steps.len(), ws, output);
             }
         });
-        self.scoring = workspaces;
+        self.workspaces.scoring = workspaces;
         Ok(())
     }
 
@@ -278,7 +270,9 @@ impl NoiseModel for Engine {
         let size = training_chunk(input.batch);
         let mut time_gradient = std::mem::take(&mut self.time_gradient);
         let count = self.workers.count().min(input.batch.div_ceil(size));
-        let mut workspaces = self.workspaces(true, count);
+        let mut workspaces = self
+            .workspaces
+            .take(true, count, || Workspace::new(&self.plan, true));
         Training::new(
             self.network(input.length),
             (input, loss),
@@ -288,7 +282,7 @@ impl NoiseModel for Engine {
             &self.gradients,
         )
         .run(&mut workspaces[..count]);
-        self.training = workspaces;
+        self.workspaces.training = workspaces;
         self.time_gradient = time_gradient;
         let packed = &self.weights.backward;
         let samples = &self.time_gradient;

@@ -57,6 +57,35 @@ pub(crate) fn run<M: Send>(workers: &mut [M], work: &(dyn Fn(&mut M) + Sync)) {
     }
 }
 
+/// The workers' own memory from one call to the next.
+pub(crate) struct Kept<M> {
+    pub(crate) scoring: Vec<M>,
+    pub(crate) training: Vec<M>,
+}
+
+impl<M> Kept<M> {
+    pub(crate) fn new() -> Self {
+        Self {
+            scoring: Vec::new(),
+            training: Vec::new(),
+        }
+    }
+
+    /// Takes out all of one kind, of which there are at least `count` then. A panic (of the loss) loses them, and the
+    /// next call begins with new ones.
+    pub(crate) fn take(&mut self, training: bool, count: usize, new: impl FnMut() -> M) -> Vec<M> {
+        let kept = match training {
+            true => &mut self.training,
+            false => &mut self.scoring,
+        };
+        let mut taken = std::mem::take(kept);
+        if taken.len() < count {
+            taken.resize_with(count, new);
+        }
+        taken
+    }
+}
+
 /// Hands out the pieces of some slices, in order, each once.
 pub(crate) struct Pieces<'a, const N: usize> {
     next: AtomicUsize,

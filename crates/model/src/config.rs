@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use crate::{ModelError, ParameterLayout};
+use crate::{ModelError, NetworkConfig, ParameterLayout};
 
 /// More levels than this would halve any sensible window away.
 const MAX_LEVELS: usize = 10;
@@ -151,6 +151,16 @@ impl UNetConfig {
     /// Number of parameters.
     pub fn parameter_count(&self) -> usize {
         self.layout().len()
+    }
+}
+
+impl NetworkConfig for UNetConfig {
+    fn validate(&self) -> Result<(), ModelError> {
+        self.validate()
+    }
+
+    fn layout(&self) -> ParameterLayout {
+        self.layout()
     }
 }
 

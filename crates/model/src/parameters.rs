@@ -1,24 +1,39 @@
+use std::fmt::Debug;
+
 use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use crate::{Init, ModelError, PairConfig, ParameterLayout, UNetConfig};
+use crate::tensors::{NamedTensor, TensorFile};
+use crate::{Init, ModelError, PairConfig, ParameterLayout, ParameterSpec, UNetConfig};
+
+/// The shape of a network.
+pub trait NetworkConfig: Clone + Debug + Send {
+    /// Checks that the network can be built.
+    ///
+    /// # Errors
+    /// [`ModelError::Config`] with the field and the rule it breaks.
+    fn validate(&self) -> Result<(), ModelError>;
+
+    /// Every parameter with name, shape and place in the flat vector; the shape is expected to be valid.
+    fn layout(&self) -> ParameterLayout;
+}
 
 /// The values of one network, flat, in layout order.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Parameters {
+pub struct Parameters<C = UNetConfig> {
     /// The network they belong to.
-    pub config: UNetConfig,
-    /// All values, in the order of [`UNetConfig::layout`].
+    pub config: C,
+    /// All values, in the order of [`NetworkConfig::layout`].
     pub values: Vec<f32>,
 }
 
-impl Parameters {
+impl<C: NetworkConfig> Parameters<C> {
     /// Takes values for a network.
     ///
     /// # Errors
     /// A configuration that is not valid, the wrong number of values, or a value that is not finite.
-    pub fn new(config: UNetConfig, values: Vec<f32>) -> Result<Self, ModelError> {
+    pub fn new(config: C, values: Vec<f32>) -> Result<Self, ModelError> {
         config.validate()?;
         check_values(&config.layout(), &values)?;
         Ok(Self { config, values })
@@ -31,7 +46,7 @@ impl Parameters {
     ///
     /// # Errors
     /// A configuration that is not valid.
-    pub fn init(config: &UNetConfig, seed: u64) -> Result<Self, ModelError> {
+    pub fn init(config: &C, seed: u64) -> Result<Self, ModelError> {
         config.validate()?;
         Ok(Self {
             config: config.clone(),
@@ -43,10 +58,34 @@ impl Parameters {
     pub fn layout(&self) -> ParameterLayout {
         self.config.layout()
     }
+
+    /// The tensors, each named `prefix` and its name in `layout`, which is [`Self::layout`].
+    pub fn tensors<'a>(
+        &'a self,
+        prefix: &'a str,
+        layout: &'a ParameterLayout,
+    ) -> impl Iterator<Item = NamedTensor<'a>> {
+        let named = move |spec: &'a ParameterSpec| NamedTensor {
+            name: format!("{prefix}{}", spec.name),
+            shape: &spec.shape,
+            values: &self.values[spec.range()],
+        };
+        layout.entries().iter().map(named)
+    }
+
+    /// Reads the tensors of [`Self::tensors`].
+    ///
+    /// # Errors
+    /// A configuration that is not valid; a tensor that is missing, of another shape or type, or not finite.
+    pub fn read(config: C, prefix: &str, file: &TensorFile<'_>) -> Result<Self, ModelError> {
+        config.validate()?;
+        let values = file.flat(prefix, &config.layout())?;
+        Self::new(config, values)
+    }
 }
 
 /// Starting values.
-pub(crate) fn draw(layout: &ParameterLayout, seed: u64) -> Vec<f32> {
+fn draw(layout: &ParameterLayout, seed: u64) -> Vec<f32> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut values = Vec::with_capacity(layout.len());
     for spec in layout.entries() {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::tensors::{NamedTensor, Precision, TensorFile, write_tensors};
-use crate::{ModelError, PairConfig, PairParameters, Parameters, UNetConfig, check_values};
+use crate::{ModelError, PairConfig, PairParameters, Parameters, check_values};
 
 /// The metadata key that holds the [`PairConfig`] as JSON.
 pub const CONFIG_KEY: &str = "dose3.config";
@@ -49,18 +49,14 @@ impl PairParameters {
         metadata.insert(CONFIG_KEY.to_owned(), json);
 
         let branches = [
-            ("translation", &self.translation),
-            ("rotation", &self.rotation),
+            ("translation.", &self.translation),
+            ("rotation.", &self.rotation),
         ];
         let layouts = branches.map(|(_, parameters)| parameters.layout());
         let mut tensors = Vec::new();
-        for ((branch, parameters), layout) in branches.into_iter().zip(&layouts) {
+        for ((prefix, parameters), layout) in branches.into_iter().zip(&layouts) {
             check_values(layout, &parameters.values)?;
-            tensors.extend(layout.entries().iter().map(|spec| NamedTensor {
-                name: format!("{branch}.{}", spec.name),
-                shape: &spec.shape,
-                values: &parameters.values[spec.range()],
-            }));
+            tensors.extend(parameters.tensors(prefix, layout));
         }
         tensors.extend(beside);
         write_tensors(&tensors, precision, &metadata)
@@ -98,15 +94,11 @@ impl PairParameters {
                 return Err(ModelError::UnknownTensor(name.to_owned()));
             }
         }
-        let translation = decode("translation", &config.translation, &file)?;
-        let rotation = decode("rotation", &config.rotation, &file)?;
-        Ok((
-            Self {
-                translation,
-                rotation,
-            },
-            file.metadata,
-        ))
+        let pair = Self {
+            translation: Parameters::read(config.translation, "translation.", &file)?,
+            rotation: Parameters::read(config.rotation, "rotation.", &file)?,
+        };
+        Ok((pair, file.metadata))
     }
 }
 
@@ -119,15 +111,6 @@ fn is_known(config: &PairConfig, name: &str) -> bool {
         "rotation" => config.rotation.layout().find(rest).is_some(),
         _ => false,
     }
-}
-
-fn decode(
-    branch: &str,
-    config: &UNetConfig,
-    file: &TensorFile<'_>,
-) -> Result<Parameters, ModelError> {
-    let values = file.flat(&format!("{branch}."), &config.layout())?;
-    Parameters::new(config.clone(), values)
 }
 
 fn bad_metadata(key: &str, reason: impl ToString) -> ModelError {

@@ -2,9 +2,7 @@
 
 use burn::tensor::{Device, Tensor, TensorData};
 use dose3_model::burn_unet::{Backend, JointNetwork};
-use dose3_model::joint::{
-    CONDITIONS, FEATURES, JOINT_AXES, JointConfig, JointInput, JointParameters, condition_features,
-};
+use dose3_model::joint::{FEATURES, JOINT_AXES, JointConfig, JointInput, JointParameters};
 
 use super::loss::upload;
 use super::network::{DeviceNetwork, Loss};
@@ -22,11 +20,7 @@ impl JointDeviceLearner {
         clip: f64,
         backend: Backend,
     ) -> Result<Self, Error> {
-        let JointParameters { config, values } = parameters;
-        config.validate()?;
-        dose3_model::check_values(&parameters.layout(), values)?;
-        let network = DeviceNetwork::new(config, values, clip, backend.device()?)?;
-        Ok(Self(network))
+        Ok(Self(DeviceNetwork::new(parameters, clip, backend)?))
     }
 
     /// Values `[batch, length, 6]` and features `[batch, features]`.
@@ -35,12 +29,7 @@ impl JointDeviceLearner {
         let device = self.0.device();
         let shape = [input.batch, input.length, JOINT_AXES];
         let x = upload(input.x.to_vec(), shape, device);
-        let mut features = vec![0.0; input.batch * FEATURES];
-        let own = input.conditions.chunks_exact(CONDITIONS);
-        for (own, features) in own.zip(features.chunks_exact_mut(FEATURES)) {
-            condition_features(own, features);
-        }
-        let features = TensorData::new(features, [input.batch, FEATURES]);
+        let features = TensorData::new(input.features(), [input.batch, FEATURES]);
         Ok((x, Tensor::from_data(features, device)))
     }
 }

@@ -19,11 +19,7 @@ impl DeviceLearner {
     /// # Errors
     /// A backend that is not available, or parameters that do not fit their configuration.
     pub fn new(parameters: &Parameters, clip: f64, backend: Backend) -> Result<Self, Error> {
-        let Parameters { config, values } = parameters;
-        config.validate()?;
-        dose3_model::check_values(&config.layout(), values)?;
-        let network = DeviceNetwork::new(config, values, clip, backend.device()?)?;
-        Ok(Self(network))
+        Ok(Self(DeviceNetwork::new(parameters, clip, backend)?))
     }
 
     fn upload(&self, input: Input<'_>) -> Result<Tensor<3>, ModelError> {

@@ -2,8 +2,8 @@
 
 use burn::tensor::{Device, Tensor};
 use dose3_engine::AdamConfig;
-use dose3_model::burn_unet::{Flat, FlatNetwork, download, gradient};
-use dose3_model::{ModelError, ParameterLayout};
+use dose3_model::burn_unet::{Backend, Flat, FlatNetwork, download, gradient};
+use dose3_model::{ModelError, NetworkConfig, ParameterLayout, Parameters, check_values};
 use std::marker::PhantomData;
 
 use super::adam::DeviceAdam;
@@ -29,15 +29,18 @@ pub(super) struct DeviceNetwork<N: FlatNetwork> {
 }
 
 impl<N: FlatNetwork> DeviceNetwork<N> {
+    /// Puts the network on a backend's default device.
     pub(super) fn new(
-        config: &N::Config,
-        values: &[f32],
+        parameters: &Parameters<N::Config>,
         clip: f64,
-        device: Device,
+        backend: Backend,
     ) -> Result<Self, ModelError> {
+        let Parameters { config, values } = parameters;
+        config.validate()?;
+        let layout = config.layout();
+        check_values(&layout, values)?;
         // Forward passes with autodiff keep their graph: memory would grow (burn #4339).
-        let device = device.inner();
-        let layout = N::layout(config);
+        let device = backend.device()?.inner();
         let adam = AdamConfig {
             max_grad_norm: Some(clip as f32),
             ..AdamConfig::default()

@@ -17,7 +17,7 @@ use dose3_model::{LossGradient, ModelError, check_count, check_values};
 
 use crate::EngineOptions;
 use crate::simd::{Instructions, Isa};
-use crate::workers::{self, Pieces, Workers};
+use crate::workers::{self, Kept, Pieces, Workers};
 use backward::Backward;
 use conditions::Conditions;
 use forward::Forward;
@@ -36,8 +36,7 @@ pub struct JointEngine {
     values: Vec<f32>,
     weights: Weights,
     conditions: Conditions,
-    scoring: Vec<Space>,
-    training: Vec<Space>,
+    spaces: Kept<Space>,
     /// `[chunks, parameters]`
     gradients: Vec<f32>,
 }
@@ -49,11 +48,7 @@ impl JointEngine {
     /// A configuration or parameters that are not valid, or instructions that this machine does not have.
     pub fn new(parameters: &JointParameters, options: EngineOptions) -> Result<Self, ModelError> {
         parameters.config.validate()?;
-        let set = options.instructions.unwrap_or_else(Instructions::detect);
-        let isa = Isa::new(set).ok_or_else(|| ModelError::Backend {
-            backend: format!("engine with {set:?} instructions"),
-            reason: "this machine does not have them".to_owned(),
-        })?;
+        let isa = options.isa()?;
         let plan = Plan::new(&parameters.config);
         let mut engine = Self {
             weights: Weights::new(&plan),
@@ -62,8 +57,7 @@ impl JointEngine {
             isa,
             workers: Workers::new(options.threads),
             values: Vec::new(),
-            scoring: Vec::new(),
-            training: Vec::new(),
+            spaces: Kept::new(),
             gradients: Vec::new(),
         };
         engine.set_parameters(&parameters.values)?;
@@ -79,19 +73,6 @@ impl JointEngine {
     /// multiplication and an addition each. A backward pass has about twice as many.
     pub fn flops(&self, length: usize) -> u64 {
         self.plan.flops(length)
-    }
-
-    /// Takes out the spaces, of which there are at least `count` then.
-    fn spaces(&mut self, training: bool, count: usize) -> Vec<Space> {
-        let kept = match training {
-            true => &mut self.training,
-            false => &mut self.scoring,
-        };
-        let mut spaces = std::mem::take(kept);
-        while spaces.len() < count {
-            spaces.push(Space::new(&self.plan, training));
-        }
-        spaces
     }
 
     fn forward_pass(&self) -> Forward<'_> {
@@ -125,7 +106,9 @@ impl JointNoiseModel for JointEngine {
             .look_up(&self.plan, &self.values, input.conditions);
         let size = input.length * JOINT_AXES;
         let count = self.workers.count().min(input.batch);
-        let mut spaces = self.spaces(false, count);
+        let mut spaces = self
+            .spaces
+            .take(false, count, || Space::new(&self.plan, false));
         let pieces = Pieces::new(input.batch, [(output, size)]);
         let pass = self.forward_pass();
         workers::run(&mut spaces[..count], &|space| {
@@ -135,7 +118,7 @@ impl JointNoiseModel for JointEngine {
                 pass.run(x, self.conditions.of(index), space, output);
             }
         });
-        self.scoring = spaces;
+        self.spaces.scoring = spaces;
         Ok(())
     }
 
@@ -155,7 +138,9 @@ impl JointNoiseModel for JointEngine {
         let in_chunk = input.batch.div_ceil(CHUNKS);
         let chunks = input.batch.div_ceil(in_chunk);
         let count = self.workers.count().min(chunks);
-        let mut spaces = self.spaces(true, count);
+        let mut spaces = self
+            .spaces
+            .take(true, count, || Space::new(&self.plan, true));
         let mut gradients = std::mem::take(&mut self.gradients);
         gradients.clear();
         gradients.resize(chunks * parameters, 0.0);
@@ -182,7 +167,7 @@ impl JointNoiseModel for JointEngine {
                 }
             }
         });
-        self.training = spaces;
+        self.spaces.training = spaces;
         let (first, others) = gradients.split_at_mut(parameters);
         for other in others.chunks_exact(parameters) {
             first.iter_mut().zip(other).for_each(|(sum, g)| *sum += g);

@@ -4,7 +4,7 @@ use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 
 use super::model::download;
-use crate::{ModelError, ParameterLayout, ParameterSpec};
+use crate::{ModelError, NetworkConfig, ParameterLayout, ParameterSpec, Parameters};
 
 /// Numbers of a piece, at most, unless one parameter alone has more: 64 MiB. The smallest storage buffer that WebGPU
 /// promises has 128.
@@ -111,10 +111,7 @@ fn cut(layout: &ParameterLayout, most: usize) -> Vec<Range<usize>> {
 /// A network whose parameters are those of a flat vector on a device.
 pub trait FlatNetwork: Module {
     /// Its shape.
-    type Config: Clone + Send;
-
-    /// Names, shapes and places of its parameters.
-    fn layout(config: &Self::Config) -> ParameterLayout;
+    type Config: NetworkConfig;
 
     /// Builds it where `values` are (without autodiff; [`Module::train`] is for gradients).
     ///
@@ -125,6 +122,18 @@ pub trait FlatNetwork: Module {
         layout: &ParameterLayout,
         values: &Flat,
     ) -> Result<Self, ModelError>;
+
+    /// Builds it with these parameters on a device.
+    ///
+    /// # Errors
+    /// A configuration that is not valid, or values that do not fit it.
+    fn new(parameters: &Parameters<Self::Config>, device: &Device) -> Result<Self, ModelError> {
+        let Parameters { config, values } = parameters;
+        config.validate()?;
+        let layout = config.layout();
+        crate::check_values(&layout, values)?;
+        Self::from_flat(config, &layout, &Flat::upload(&layout, values, device)?)
+    }
 }
 
 #[cfg(test)]

@@ -1,14 +1,13 @@
 use burn::module::Module;
+use burn::tensor::Tensor;
 use burn::tensor::activation::silu;
-use burn::tensor::{Device, Tensor, TensorData};
 
 use super::conv::Conv;
-use super::model::download;
+use super::model::{BurnNetwork, download};
 use super::source::Source;
 use super::time::Linear;
-use super::{Backend, Flat, FlatNetwork};
-use crate::joint::{CONDITIONS, FEATURES, JOINT_AXES, condition_features};
-use crate::joint::{JointConfig, JointInput, JointNoiseModel, JointParameters};
+use super::{Flat, FlatNetwork};
+use crate::joint::{FEATURES, JOINT_AXES, JointConfig, JointInput, JointNoiseModel};
 use crate::{LossGradient, ModelError, ParameterLayout};
 
 /// The joint network ([`crate::joint`] has its formulas).
@@ -37,10 +36,6 @@ struct Block {
 
 impl FlatNetwork for JointNetwork {
     type Config = JointConfig;
-
-    fn layout(config: &JointConfig) -> ParameterLayout {
-        config.layout()
-    }
 
     fn from_flat(
         config: &JointConfig,
@@ -73,18 +68,6 @@ impl FlatNetwork for JointNetwork {
 }
 
 impl JointNetwork {
-    /// Builds the network with these parameters on a device (without autodiff; use [`Module::train`] for gradients).
-    ///
-    /// # Errors
-    /// A configuration that is not valid, or values that do not fit it.
-    pub fn new(parameters: &JointParameters, device: &Device) -> Result<Self, ModelError> {
-        parameters.config.validate()?;
-        let layout = parameters.layout();
-        crate::check_values(&layout, &parameters.values)?;
-        let values = Flat::upload(&layout, &parameters.values, device)?;
-        Self::from_flat(&parameters.config, &layout, &values)
-    }
-
     /// `x` `[batch, length, 6]` with the features of its conditions `[batch, features]`: `[batch, length, 6]`.
     ///
     /// # Panics
@@ -117,49 +100,16 @@ fn pointwise(layer: &Linear, x: Tensor<3>) -> Tensor<3> {
 }
 
 /// The joint network on a burn device, behind [`JointNoiseModel`].
-#[derive(Debug)]
-pub struct BurnJoint {
-    config: JointConfig,
-    layout: ParameterLayout,
-    device: Device,
-    network: JointNetwork,
-}
+pub type BurnJoint = BurnNetwork<JointNetwork>;
 
 impl BurnJoint {
-    /// Puts the network on a backend's default device.
-    ///
-    /// # Errors
-    /// A backend that is not available, or parameters that do not fit their configuration.
-    pub fn new(parameters: &JointParameters, backend: Backend) -> Result<Self, ModelError> {
-        Self::on(parameters, backend.device()?)
-    }
-
-    /// Puts the network on a device of the caller's choice.
-    ///
-    /// # Errors
-    /// Parameters that do not fit their configuration.
-    pub fn on(parameters: &JointParameters, device: Device) -> Result<Self, ModelError> {
-        // Forward passes with autodiff keep their graph: memory would grow (burn #4339).
-        let device = device.inner();
-        Ok(Self {
-            network: JointNetwork::new(parameters, &device)?,
-            config: parameters.config.clone(),
-            layout: parameters.layout(),
-            device,
-        })
-    }
-
     /// Values `[batch, length, 6]` and features `[batch, features]` on the device.
     fn upload(&self, input: JointInput<'_>) -> (Tensor<3>, Tensor<2>) {
-        let shape = [input.batch, input.length, JOINT_AXES];
-        let x = Tensor::from_data(TensorData::new(input.x.to_vec(), shape), &self.device);
-        let mut features = vec![0.0; input.batch * FEATURES];
-        let own = input.conditions.chunks_exact(CONDITIONS);
-        for (own, features) in own.zip(features.chunks_exact_mut(FEATURES)) {
-            condition_features(own, features);
-        }
-        let features = TensorData::new(features, [input.batch, FEATURES]);
-        (x, Tensor::from_data(features, &self.device))
+        let x = self.on_device(input.x, [input.batch, input.length, JOINT_AXES]);
+        (
+            x,
+            self.on_device(&input.features(), [input.batch, FEATURES]),
+        )
     }
 }
 
@@ -169,12 +119,7 @@ impl JointNoiseModel for BurnJoint {
     }
 
     fn set_parameters(&mut self, values: &[f32]) -> Result<(), ModelError> {
-        let parameters = JointParameters {
-            config: self.config.clone(),
-            values: values.to_vec(),
-        };
-        self.network = JointNetwork::new(&parameters, &self.device)?;
-        Ok(())
+        self.replace(values)
     }
 
     fn forward(&mut self, input: JointInput<'_>, output: &mut [f32]) -> Result<(), ModelError> {
@@ -193,20 +138,7 @@ impl JointNoiseModel for BurnJoint {
         gradient: &mut [f32],
     ) -> Result<(), ModelError> {
         input.check()?;
-        crate::check_count(&self.layout, "the gradient", gradient)?;
-        let network = self.network.clone().train();
         let (x, features) = self.upload(input);
-        let out = network.forward(x, features);
-
-        let values = download(out.clone().inner())?;
-        let mut upstream = vec![0.0; values.len()];
-        loss(0, &values, &mut upstream);
-        let upstream = TensorData::new(upstream, out.dims());
-        let upstream = Tensor::from_data(upstream, &self.device); // [batch, length, 6]
-
-        // The gradient of this sum is the loss's, by the chain rule.
-        let flat = super::gradient(&network, (out * upstream).sum(), &self.layout)?;
-        gradient.copy_from_slice(&flat.download()?);
-        Ok(())
+        self.backward(|network| network.forward(x, features), loss, gradient)
     }
 }

@@ -22,5 +22,5 @@ pub use backend::Backend;
 pub use flat::{Flat, FlatNetwork};
 pub use gradients::gradient;
 pub use joint::{BurnJoint, JointNetwork};
-pub use model::{BurnModel, download};
+pub use model::{BurnModel, BurnNetwork, download};
 pub use unet::UNet;

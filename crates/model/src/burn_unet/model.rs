@@ -1,24 +1,24 @@
-use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 
-use super::{Backend, UNet};
+use super::{Backend, Flat, FlatNetwork, UNet};
 use crate::{Input, LossGradient, ModelError, NoiseModel, ParameterLayout, Parameters, UNetConfig};
+use crate::{NetworkConfig, check_count, check_values};
 
-/// The network on a burn device, behind [`NoiseModel`].
+/// A network on a burn device.
 #[derive(Debug)]
-pub struct BurnModel {
-    config: UNetConfig,
+pub struct BurnNetwork<N: FlatNetwork> {
+    pub(super) config: N::Config,
     layout: ParameterLayout,
     device: Device,
-    network: UNet,
+    pub(super) network: N,
 }
 
-impl BurnModel {
+impl<N: FlatNetwork> BurnNetwork<N> {
     /// Puts the network on a backend's default device.
     ///
     /// # Errors
     /// A backend that is not available, or parameters that do not fit their configuration.
-    pub fn new(parameters: &Parameters, backend: Backend) -> Result<Self, ModelError> {
+    pub fn new(parameters: &Parameters<N::Config>, backend: Backend) -> Result<Self, ModelError> {
         Self::on(parameters, backend.device()?)
     }
 
@@ -26,24 +26,62 @@ impl BurnModel {
     ///
     /// # Errors
     /// Parameters that do not fit their configuration.
-    pub fn on(parameters: &Parameters, device: Device) -> Result<Self, ModelError> {
+    pub fn on(parameters: &Parameters<N::Config>, device: Device) -> Result<Self, ModelError> {
         // Forward passes with autodiff keep their graph: memory would grow (burn #4339).
         let device = device.inner();
-        let network = UNet::new(parameters, &device)?;
-        let config = parameters.config.clone();
-        let layout = config.layout();
         Ok(Self {
-            config,
-            layout,
+            network: N::new(parameters, &device)?,
+            config: parameters.config.clone(),
+            layout: parameters.config.layout(),
             device,
-            network,
         })
     }
 
+    /// Replaces all parameters.
+    pub(super) fn replace(&mut self, values: &[f32]) -> Result<(), ModelError> {
+        check_values(&self.layout, values)?;
+        let values = Flat::upload(&self.layout, values, &self.device)?;
+        self.network = N::from_flat(&self.config, &self.layout, &values)?;
+        Ok(())
+    }
+
+    pub(super) fn on_device<const D: usize>(&self, values: &[f32], shape: [usize; D]) -> Tensor<D> {
+        Tensor::from_data(TensorData::new(values.to_vec(), shape), &self.device)
+    }
+
+    /// Runs forward, asks `loss` for the gradient at the output, and runs backward.
+    pub(super) fn backward(
+        &self,
+        forward: impl FnOnce(&N) -> Tensor<3>,
+        loss: &LossGradient<'_>,
+        gradient: &mut [f32],
+    ) -> Result<(), ModelError> {
+        check_count(&self.layout, "the gradient", gradient)?;
+        let network = self.network.clone().train();
+        let out = forward(&network);
+
+        let values = download(out.clone().inner())?;
+        let mut upstream = vec![0.0; values.len()];
+        loss(0, &values, &mut upstream);
+        let upstream = self.on_device(&upstream, out.dims()); // [batch, length, out]
+
+        // The gradient of this sum is the loss's, by the chain rule.
+        let flat = super::gradient(&network, (out * upstream).sum(), &self.layout)?;
+        gradient.copy_from_slice(&flat.download()?);
+        Ok(())
+    }
+}
+
+/// A network of the pair on a burn device, behind [`NoiseModel`].
+pub type BurnModel = BurnNetwork<UNet>;
+
+impl BurnModel {
     /// The input on the device: `[batch, length, in]`.
     fn upload(&self, input: Input<'_>) -> Tensor<3> {
-        let shape = [input.batch, input.length, self.config.in_channels];
-        Tensor::from_data(TensorData::new(input.x.to_vec(), shape), &self.device)
+        self.on_device(
+            input.x,
+            [input.batch, input.length, self.config.in_channels],
+        )
     }
 }
 
@@ -53,12 +91,7 @@ impl NoiseModel for BurnModel {
     }
 
     fn set_parameters(&mut self, values: &[f32]) -> Result<(), ModelError> {
-        let parameters = Parameters {
-            config: self.config.clone(),
-            values: values.to_vec(),
-        };
-        self.network = UNet::new(&parameters, &self.device)?;
-        Ok(())
+        self.replace(values)
     }
 
     fn forward(&mut self, input: Input<'_>, output: &mut [f32]) -> Result<(), ModelError> {
@@ -76,20 +109,8 @@ impl NoiseModel for BurnModel {
         gradient: &mut [f32],
     ) -> Result<(), ModelError> {
         input.check(&self.config)?;
-        crate::check_count(&self.layout, "the gradient", gradient)?;
-        let network = self.network.clone().train();
-        let out = network.forward(self.upload(input), input.steps);
-
-        let values = download(out.clone().inner())?;
-        let mut upstream = vec![0.0; values.len()];
-        loss(0, &values, &mut upstream);
-        let upstream = TensorData::new(upstream, out.dims());
-        let upstream = Tensor::from_data(upstream, &self.device); // [batch, length, out]
-
-        // The gradient of this sum is the loss's, by the chain rule.
-        let flat = super::gradient(&network, (out * upstream).sum(), &self.layout)?;
-        gradient.copy_from_slice(&flat.download()?);
-        Ok(())
+        let x = self.upload(input);
+        self.backward(|network| network.forward(x, input.steps), loss, gradient)
     }
 }
 

@@ -1,5 +1,5 @@
 use burn::module::Module;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Tensor;
 
 use super::attention::Attention;
 use super::block::Block;
@@ -8,7 +8,7 @@ use super::resample::{self, double_length};
 use super::source::Source;
 use super::time::{TimeMlp, features};
 use super::{Flat, FlatNetwork};
-use crate::{ModelError, ParameterLayout, Parameters, UNetConfig};
+use crate::{ModelError, ParameterLayout, UNetConfig};
 
 /// The 1-D UNet noise estimator.
 #[derive(Module, Debug)]
@@ -41,10 +41,6 @@ struct Middle {
 
 impl FlatNetwork for UNet {
     type Config = UNetConfig;
-
-    fn layout(config: &UNetConfig) -> ParameterLayout {
-        config.layout()
-    }
 
     fn from_flat(
         config: &UNetConfig,
@@ -80,19 +76,6 @@ impl FlatNetwork for UNet {
 }
 
 impl UNet {
-    /// Builds the network with these parameters on a device (without autodiff; use
-    /// [`Module::train`] for gradients).
-    ///
-    /// # Errors
-    /// A configuration that is not valid, or values that do not fit it.
-    pub fn new(parameters: &Parameters, device: &Device) -> Result<Self, ModelError> {
-        parameters.config.validate()?;
-        let layout = parameters.config.layout();
-        crate::check_values(&layout, &parameters.values)?;
-        let values = Flat::upload(&layout, &parameters.values, device)?;
-        Self::from_flat(&parameters.config, &layout, &values)
-    }
-
     /// Estimates the noise of `x`, `[batch, length, in]`, at the diffusion step of each
     /// window: `[batch, length, out]`.
     ///

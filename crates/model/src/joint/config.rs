@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_4;
 
 use crate::layout::Visit;
-use crate::{Init, ModelError, ParameterLayout};
+use crate::{Init, ModelError, NetworkConfig, ParameterLayout};
 
 /// Channels in and out: translation x, y, z, then rotation tangent x, y, z.
 pub const JOINT_AXES: usize = 6;
@@ -90,6 +90,16 @@ impl JointConfig {
             linear(&format!("blocks.{i}.out"), width, width, visit);
         }
         linear("last", width, JOINT_AXES, visit);
+    }
+}
+
+impl NetworkConfig for JointConfig {
+    fn validate(&self) -> Result<(), ModelError> {
+        self.validate()
+    }
+
+    fn layout(&self) -> ParameterLayout {
+        self.layout()
     }
 }
 

@@ -1,4 +1,4 @@
-use super::{CONDITIONS, JOINT_AXES, JointConfig};
+use super::{CONDITIONS, FEATURES, JOINT_AXES, JointConfig, condition_features};
 use crate::noise_model::{check_finite, check_size};
 use crate::{LossGradient, ModelError};
 
@@ -7,7 +7,7 @@ use crate::{LossGradient, ModelError};
 pub struct JointInput<'a> {
     /// Noised values: `[batch, length, 6]`.
     pub x: &'a [f32],
-    /// Noise level of each axis, and time step, as [`condition_features`](super::condition_features) takes them:
+    /// Noise level of each axis, and time step, as [`condition_features`] takes them:
     /// `[batch, 7]`.
     pub conditions: &'a [f32],
     /// Number of sequences, at least 1.
@@ -39,6 +39,16 @@ impl JointInput<'_> {
     /// [`ModelError::TensorSize`].
     pub fn check_output(&self, output: &[f32]) -> Result<(), ModelError> {
         check_size("the output [batch, length, 6]", self.values(), output)
+    }
+
+    /// The features of the conditions of all sequences, `[batch, FEATURES]`.
+    pub fn features(&self) -> Vec<f32> {
+        let mut features = vec![0.0; self.batch * FEATURES];
+        let own = self.conditions.chunks_exact(CONDITIONS);
+        for (own, features) in own.zip(features.chunks_exact_mut(FEATURES)) {
+            condition_features(own, features);
+        }
+        features
     }
 
     fn values(&self) -> usize {

@@ -1,80 +1,13 @@
-//! The values of a joint network, and its place in a file.
-
 use super::JointConfig;
-use crate::parameters::draw;
-use crate::tensors::{NamedTensor, TensorFile};
-use crate::{ModelError, ParameterLayout, check_values};
+use crate::Parameters;
 
 /// The values of a joint network.
-#[derive(Clone, Debug, PartialEq)]
-pub struct JointParameters {
-    /// The network they belong to.
-    pub config: JointConfig,
-    /// All values, flat, in the order of [`JointConfig::layout`].
-    pub values: Vec<f32>,
-}
-
-impl JointParameters {
-    /// Takes values for a network.
-    ///
-    /// # Errors
-    /// A configuration that is not valid, the wrong number of values, or one that is not finite.
-    pub fn new(config: JointConfig, values: Vec<f32>) -> Result<Self, ModelError> {
-        config.validate()?;
-        check_values(&config.layout(), &values)?;
-        Ok(Self { config, values })
-    }
-
-    /// Draws starting values; the same seed gives the same ones.
-    ///
-    /// # Errors
-    /// A configuration that is not valid.
-    pub fn init(config: &JointConfig, seed: u64) -> Result<Self, ModelError> {
-        config.validate()?;
-        Ok(Self {
-            config: config.clone(),
-            values: draw(&config.layout(), seed),
-        })
-    }
-
-    /// Names, shapes and offsets of the values.
-    pub fn layout(&self) -> ParameterLayout {
-        self.config.layout()
-    }
-
-    /// The tensors, each named `prefix` and its name in `layout`, which is [`Self::layout`].
-    pub fn tensors<'a>(
-        &'a self,
-        prefix: &'a str,
-        layout: &'a ParameterLayout,
-    ) -> impl Iterator<Item = NamedTensor<'a>> {
-        let named = move |spec: &'a crate::ParameterSpec| NamedTensor {
-            name: format!("{prefix}{}", spec.name),
-            shape: &spec.shape,
-            values: &self.values[spec.range()],
-        };
-        layout.entries().iter().map(named)
-    }
-
-    /// Reads the tensors of [`Self::tensors`].
-    ///
-    /// # Errors
-    /// A configuration that is not valid; a tensor that is missing, of another shape or type, or not finite.
-    pub fn read(
-        config: JointConfig,
-        prefix: &str,
-        file: &TensorFile<'_>,
-    ) -> Result<Self, ModelError> {
-        config.validate()?;
-        let values = file.flat(prefix, &config.layout())?;
-        Self::new(config, values)
-    }
-}
+pub type JointParameters = Parameters<JointConfig>;
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Precision, write_tensors};
+    use crate::{ModelError, Precision, TensorFile, write_tensors};
     use std::collections::BTreeMap;
 
     #[test]
