@@ -119,7 +119,7 @@ pub struct FaultArgs {
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
     /// Sections to run: windows, logs, controls, alarms, cells, near, and into verdicts.json and verdicts.md
-    /// couplings, timing, short, lengths, few, whole, calibration; reasons into reasons.json and reasons.md (default:
+    /// couplings, timing, short, lengths, throughout, few, whole, calibration; reasons into reasons.json and reasons.md (default:
     /// all; --quick leaves out near and the verdicts)
     #[arg(long, value_delimiter = ',', requires = "faults")]
     pub only: Vec<Section>,

@@ -47,7 +47,7 @@ fn a_detector_carries_the_network_that_it_asks() {
         builder.fit(&trusted)
     };
     let fitted = fit(
-        "kinematic/joint,joint-given,joint-quantiles+joint-elbo",
+        "kinematic/joint,joint-given,joint-quantiles+joint-elbo,joint-score",
         model(),
     )
     .unwrap();
@@ -89,7 +89,7 @@ fn a_windows_numbers_depend_on_it_alone_and_not_on_the_unit() {
         seed: 3,
         sharing: NoiseSharing::Shared,
     };
-    let set: dose3_ood::StatisticsSet = "joint-given".parse().unwrap();
+    let set: dose3_ood::StatisticsSet = "joint-given+joint-score".parse().unwrap();
     let rows = |logs: &[Trajectory]| {
         let mut probe = Probe::for_sets(&model(), &plan, [&set], Computing::default()).unwrap();
         let groups = dose3_datasets::LogGroups::of(logs);

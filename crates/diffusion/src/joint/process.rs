@@ -75,6 +75,11 @@ impl JointProcess {
         self.x.len()
     }
 
+    /// The steps in units of the scale.
+    pub fn steps(&self) -> &[[f64; AXES]] {
+        &self.x
+    }
+
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.x.is_empty()

@@ -15,7 +15,7 @@ use dose3_datasets::faults::Fault;
 use dose3_datasets::{LogGroups, Trajectory, overlaps, stretches};
 
 /// The default's tests with one of the joint network beside them.
-pub(super) const STATISTICS: &str = "kinematic,differences,lin/cc/joint";
+pub(super) const STATISTICS: &str = "kinematic,differences,lin/cc/joint-score";
 /// Their shares of alpha.
 pub(super) const SHARES: [f64; 3] = [0.6, 0.2, 0.2];
 /// With fewer groups a half has none to hold out.

@@ -6,7 +6,7 @@ use dose3_datasets::Trajectory;
 use dose3_diffusion::joint::{AXES, JointProcess, Levels, Noised, standard_normal};
 use dose3_engine::{EngineOptions, JointEngine};
 use dose3_model::joint::{CONDITIONS, JointInput, JointNoiseModel};
-use dose3_ood::statistics::{JointErrors, VIEWS, halfway};
+use dose3_ood::statistics::{JointErrors, JointScore, SCORE_VIEW, VIEWS, halfway};
 use rayon::prelude::*;
 
 /// The joint network, ready to be asked.
@@ -106,9 +106,62 @@ impl JointProbe {
         }
         let draws = self.noise.len() as f32;
         squares.iter_mut().for_each(|sum| *sum /= draws);
-        let of_window = squares.chunks_exact(views * size);
+        let signed = self.signed(windows, &processes)?;
+        let of_window = squares
+            .chunks_exact(views * size)
+            .zip(signed.chunks_exact(size));
+        let of_window = of_window.zip(&processes);
         of_window
-            .map(|squares| Ok(JointErrors::new(length, squares.to_vec())?))
+            .map(|((squares, signed), process)| {
+                let score = JointScore::new(signed.to_vec(), process.steps().to_vec())?;
+                Ok(JointErrors::new(length, squares.to_vec())?.with_score(score))
+            })
             .collect()
+    }
+
+    /// Signed errors in [`SCORE_VIEW`], `[windows, length * 6]`: means over the first draw and the same with the other
+    /// sign, which leaves of them what does not depend on the sign of the noise.
+    fn signed(
+        &mut self,
+        windows: &[(Vec<f64>, &Trajectory)],
+        processes: &[JointProcess],
+    ) -> Result<Vec<f32>> {
+        let length = processes.first().map_or(0, JointProcess::len);
+        let levels = self.levels[SCORE_VIEW];
+        let told = windows
+            .iter()
+            .flat_map(|(_, log)| levels.conditions(1.0 / log.rate.hertz));
+        let conditions: Vec<f32> = told.collect();
+        let mut signed = vec![0.0; windows.len() * length * AXES];
+        let mut output = vec![0.0; signed.len()];
+        for sign in [1.0, -1.0] {
+            let drawn = self
+                .noise
+                .iter()
+                .take(1)
+                .flat_map(|views| &views[SCORE_VIEW]);
+            let noise: Vec<f32> = drawn.map(|x| sign * x).collect();
+            let noised: Vec<Noised> = processes
+                .par_iter()
+                .map(|process| {
+                    let mut to = Noised::default();
+                    process.noised(&levels, &noise, &mut to)?;
+                    Ok(to)
+                })
+                .collect::<Result<_>>()?;
+            let x: Vec<f32> = noised.iter().flat_map(|n| &n.input).copied().collect();
+            let input = JointInput {
+                x: &x,
+                conditions: &conditions,
+                batch: windows.len(),
+                length,
+            };
+            self.engine.forward(input, &mut output)?;
+            let target = noised.iter().flat_map(|n| &n.target);
+            for ((sum, f), t) in signed.iter_mut().zip(&output).zip(target) {
+                *sum += 0.5 * (f - t);
+            }
+        }
+        Ok(signed)
     }
 }

@@ -11,7 +11,10 @@
 //! | `joint-given` | 24 | the same given the other branch, and given the five other axes, two levels each |
 //! | `joint-quantiles` | 96 | log 0.9 quantile and maximum over the window of all these |
 //! | `joint-elbo` | 6 | log of the sum over the levels, weighted as in the evidence lower bound |
+//!
+//! Signed errors, in [`SCORE_VIEW`], are of [`JointScore`].
 
+use super::joint_score::JointScore;
 use super::quantile::quantile_sorted;
 use super::trace::CHANNELS;
 use super::{AXES, Column};
@@ -36,6 +39,9 @@ const OF_AXIS: usize = ALL_LEVELS.len() + 2 * GIVEN_LEVELS.len();
 const COUNT: usize = ALL_LEVELS.len() + GIVEN_LEVELS.len() * (2 + CHANNELS);
 /// A squared error below this counts as this under a logarithm.
 const SQUARE_FLOOR: f64 = 1e-9;
+
+/// Index of the question whose signed errors make a [`JointScore`]: all axes, little noise.
+pub const SCORE_VIEW: usize = 1;
 
 /// All questions, in the order of the errors.
 pub const VIEWS: [JointView; COUNT] = views();
@@ -107,6 +113,7 @@ pub struct JointErrors {
     length: usize,
     /// `[view][pose][axis]`
     squares: Vec<f32>,
+    score: Option<JointScore>,
 }
 
 impl JointErrors {
@@ -125,7 +132,24 @@ impl JointErrors {
         }
         let expected = VIEWS.len() * length * CHANNELS;
         expect_len("errors of the joint network", expected, squares.len())?;
-        Ok(Self { length, squares })
+        Ok(Self {
+            length,
+            squares,
+            score: None,
+        })
+    }
+
+    /// The same with signed errors in [`SCORE_VIEW`].
+    #[must_use]
+    pub fn with_score(self, score: JointScore) -> Self {
+        Self {
+            score: Some(score),
+            ..self
+        }
+    }
+
+    pub(super) fn score(&self) -> Option<&JointScore> {
+        self.score.as_ref()
     }
 
     /// Increments of the window.

@@ -20,6 +20,7 @@
 //! | `differences` | 36 | quantiles of the first and second differences of velocity and rate (no network) | increments |
 //! | `lin` | 36 | quantiles of what a linear prediction of each axis from the others leaves over (no network) | increments, [`LinearPredictor`] |
 //! | `joint`, `joint-given`, `joint-quantiles`, `joint-elbo` | 24, 24, 96, 6 | denoising errors of the joint network, and those given other axes | [`JointErrors`] |
+//! | `joint-score` | 42 | slopes of the joint network's log-likelihood along mixed axes and delays | [`JointScore`] |
 //! | `cc` | 28 | correlation of pairs of axes and its lag (no network) | increments |
 //!
 //! Members joined by `+` share one density. A set may also hold blocks, separated by commas:
@@ -30,6 +31,7 @@ mod bands;
 mod correlation;
 mod differences;
 mod joint;
+mod joint_score;
 mod kinematic;
 mod linear;
 mod moments;
@@ -45,7 +47,8 @@ mod workspace;
 
 pub use bands::BANDS;
 pub(crate) use joint::POSE_NUMBERS as JOINT_POSE_NUMBERS;
-pub use joint::{JointErrors, JointView, VIEWS};
+pub use joint::{JointErrors, JointView, SCORE_VIEW, VIEWS};
+pub use joint_score::JointScore;
 pub use linear::{Deviation, LinearPredictor, LinearReference, Regressors};
 pub use moments::PoseWindow;
 pub use quantile::quantile_sorted;

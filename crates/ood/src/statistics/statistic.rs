@@ -2,7 +2,7 @@
 
 use super::{
     Column, JointErrors, Sample, TraceSummary, Workspace, bands, correlation, differences, joint,
-    kinematic, linear, moments, paper, path,
+    joint_score, kinematic, linear, moments, paper, path,
 };
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -50,6 +50,8 @@ pub enum Statistic {
     JointQuantiles,
     /// Their sum over levels as in the evidence lower bound, per axis.
     JointElbo,
+    /// Slopes of the joint network's log-likelihood along mixed axes and delays.
+    JointScore,
 }
 
 /// What a statistic is computed from.
@@ -63,7 +65,7 @@ pub(super) enum Source {
 
 impl Statistic {
     /// All statistics, in the order of the documentation.
-    pub const ALL: [Statistic; 18] = [
+    pub const ALL: [Statistic; 19] = [
         Statistic::Paper24,
         Statistic::Paper12,
         Statistic::R3,
@@ -82,6 +84,7 @@ impl Statistic {
         Statistic::JointGiven,
         Statistic::JointQuantiles,
         Statistic::JointElbo,
+        Statistic::JointScore,
     ];
 
     /// The name used in files, on the command line and in tables.
@@ -106,6 +109,7 @@ impl Statistic {
             Statistic::JointGiven => "joint-given",
             Statistic::JointQuantiles => "joint-quantiles",
             Statistic::JointElbo => "joint-elbo",
+            Statistic::JointScore => "joint-score",
         }
     }
 
@@ -118,7 +122,8 @@ impl Statistic {
             Statistic::Joint
             | Statistic::JointGiven
             | Statistic::JointQuantiles
-            | Statistic::JointElbo => Source::Joint,
+            | Statistic::JointElbo
+            | Statistic::JointScore => Source::Joint,
             _ => Source::Trace,
         }
     }
@@ -145,6 +150,7 @@ impl Statistic {
             Statistic::JointGiven => joint::given_columns(),
             Statistic::JointQuantiles => joint::quantile_columns(),
             Statistic::JointElbo => joint::elbo_columns(),
+            Statistic::JointScore => joint_score::columns(),
         }
     }
 
@@ -169,8 +175,7 @@ impl Statistic {
                     statistic: self,
                     input: "errors of the joint network",
                 })?;
-                self.of_joint(errors, out);
-                Ok(())
+                self.of_joint(errors, out)
             }
             Source::Increments => {
                 let increments = sample.increments.ok_or(Error::MissingInput {
@@ -193,13 +198,21 @@ impl Statistic {
         }
     }
 
-    fn of_joint(self, errors: &JointErrors, out: &mut Vec<f64>) {
+    fn of_joint(self, errors: &JointErrors, out: &mut Vec<f64>) -> Result<(), Error> {
         match self {
             Statistic::JointGiven => joint::given_values(errors, out),
             Statistic::JointQuantiles => joint::quantile_values(errors, out),
             Statistic::JointElbo => joint::elbo_values(errors, out),
+            Statistic::JointScore => {
+                let score = errors.score().ok_or(Error::MissingInput {
+                    statistic: self,
+                    input: "signed errors of the joint network",
+                })?;
+                joint_score::values(score, out);
+            }
             _ => joint::values(errors, out),
         }
+        Ok(())
     }
 
     fn average_of_traces(self, traces: &[TraceSummary], out: &mut Vec<f64>) -> Result<(), Error> {
@@ -248,7 +261,8 @@ impl Statistic {
             | Statistic::Joint
             | Statistic::JointGiven
             | Statistic::JointQuantiles
-            | Statistic::JointElbo => {}
+            | Statistic::JointElbo
+            | Statistic::JointScore => {}
         }
         Ok(())
     }

@@ -87,6 +87,8 @@ pub enum Section {
     Short,
     /// Verdicts on pieces of 300 and 5000 poses.
     Lengths,
+    /// Verdicts on pieces of 1000 poses with faults from end to end.
+    Throughout,
     /// Verdicts by one, two, three and five trusted logs.
     Few,
     /// Whole sound logs, each judged by the other groups of logs.
@@ -99,18 +101,19 @@ pub enum Section {
 
 impl Section {
     /// The sections that [`crate::verdicts`] measures.
-    pub const VERDICTS: [Self; 8] = [
+    pub const VERDICTS: [Self; 9] = [
         Self::Couplings,
         Self::Timing,
         Self::Short,
         Self::Lengths,
+        Self::Throughout,
         Self::Few,
         Self::Whole,
         Self::Calibration,
         Self::Reasons,
     ];
 
-    const ALL: [(Self, &str); 14] = [
+    const ALL: [(Self, &str); 15] = [
         (Self::Windows, "windows"),
         (Self::Logs, "logs"),
         (Self::Controls, "controls"),
@@ -121,6 +124,7 @@ impl Section {
         (Self::Timing, "timing"),
         (Self::Short, "short"),
         (Self::Lengths, "lengths"),
+        (Self::Throughout, "throughout"),
         (Self::Few, "few"),
         (Self::Whole, "whole"),
         (Self::Calibration, "calibration"),

@@ -87,7 +87,13 @@ pub const CONTENDERS: [Contender; 14] = [
 ];
 
 /// Rows of the joint network, for models that have one.
-pub const OF_JOINT: [Contender; 4] = [
+pub const OF_JOINT: [Contender; 6] = [
+    block("joint-score"),
+    tests(
+        "joint score as a test",
+        "kinematic,differences,lin/cc/joint-score",
+        Some(&[0.6, 0.2, 0.2]),
+    ),
     block("joint"),
     block("joint-given"),
     block("joint-quantiles"),

@@ -59,13 +59,15 @@ pub(crate) struct Record {
     synthetic: bool,
     /// Validation or test.
     part: Part,
+    /// Steps of a window.
+    window: usize,
     /// Density of every block.
     density: String,
     /// Rows, with their columns.
     contenders: Vec<(&'static str, &'static str)>,
     /// [`Section::Couplings`].
     windows: Vec<windows::FaultCell>,
-    /// [`Section::Short`], [`Section::Lengths`], [`Section::Few`].
+    /// [`Section::Short`], [`Section::Lengths`], [`Section::Throughout`], [`Section::Few`].
     called: Vec<pieces::Called>,
     /// [`Section::Few`], sound logs.
     few: Vec<few::FewAlarms>,

@@ -80,6 +80,9 @@ pub fn of_set(
     if sections.contains(&Section::Lengths) {
         plans.extend([300, 5000].map(|length| run.plan(length, 100)));
     }
+    if sections.contains(&Section::Throughout) {
+        plans.push(run.plan(1000, 1000));
+    }
     if !plans.is_empty() {
         called(run, set, &measured, &plans, record)?;
     }

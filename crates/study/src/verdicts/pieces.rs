@@ -81,8 +81,11 @@ pub fn of_logs(logs: &[Trajectory], tested: &[usize], length: usize, most: usize
     pieces
 }
 
-/// Where the fault of a piece is: from two fifths of it on.
+/// Where the fault of a piece is: from two fifths of it on, or from end to end.
 pub fn fault_range(length: usize, faulty: usize) -> Range<usize> {
+    if faulty >= length {
+        return 0..length;
+    }
     let start = 2 * length / 5;
     start..(start + faulty).min(length - 1)
 }
@@ -247,6 +250,7 @@ mod tests {
         assert_eq!(of(300, usize::MAX).len(), 2 + 8);
         assert_eq!(of(300, 3).len(), 3);
         assert_eq!(fault_range(1000, 100), 400..500);
-        assert_eq!(fault_range(220, 1000), 88..219);
+        assert_eq!(fault_range(220, 150), 88..219);
+        assert_eq!(fault_range(220, 1000), 0..220);
     }
 }

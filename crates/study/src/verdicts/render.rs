@@ -21,8 +21,8 @@ pub fn markdown(record: &Record) -> String {
     let [command, where_from] = record.provenance.lines();
     let _ = writeln!(
         text,
-        "{command}\n\n{synthetic}{where_from}; {} logs, density `{}`.\n",
-        record.part, record.density,
+        "{command}\n\n{synthetic}{where_from}; {} logs, windows of {} steps, density `{}`.\n",
+        record.part, record.window, record.density,
     );
     let rows: Vec<String> = record
         .contenders

@@ -88,6 +88,7 @@ impl<'a> Run<'a> {
         Record {
             synthetic,
             part: self.of_faults.part,
+            window: self.measurer.poses - 1,
             density: self.options.density.clone(),
             contenders: rows.map(|row| (row.key, row.statistics)).collect(),
             ..Record::default()
