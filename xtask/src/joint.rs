@@ -94,22 +94,23 @@ pub fn run(args: &JointArgs) -> Result<()> {
     }
     println!("{} parameters", network.layout().len());
     let start = Instant::now();
-    let (mut sum, mut count) = (0.0, 0);
+    let (mut sum, mut count) = (0.0, 0.0);
     let computing = Computing {
         backend: args.backend,
         threads: args.threads,
     };
     let model = train(&network, &config, data, computing, &mut |row, validated| {
-        (sum, count) = (sum + row.loss, count + 1);
+        let over = row.over as f64;
+        (sum, count) = (sum + over * row.loss, count + over);
         if row.step.is_multiple_of(100) || row.step == config.steps {
             println!(
                 "step {} of {}: {:.4} ({:.0} s)",
                 row.step,
                 config.steps,
-                sum / f64::from(count),
+                sum / count,
                 start.elapsed().as_secs_f64()
             );
-            (sum, count) = (0.0, 0);
+            (sum, count) = (0.0, 0.0);
         }
         if let Some(errors) = validated {
             println!("validation at step {}, each set: {errors:.4?}", row.step);

@@ -44,7 +44,7 @@ impl JointLearner for JointDeviceLearner {
         batch: &Batch,
         rates: Rates,
         tell: bool,
-    ) -> Result<Option<(f64, f64)>, Error> {
+    ) -> Result<Option<(usize, f64, f64)>, Error> {
         let (x, features) = self.upload(batch.input())?;
         let loss = pseudo_huber(batch, self.0.device());
         self.0
@@ -53,7 +53,8 @@ impl JointLearner for JointDeviceLearner {
             return Ok(None);
         }
         let (steps, sums) = self.0.sums()?;
-        Ok(Some((sums[0] / steps as f64, sums[1] / steps as f64)))
+        let mean = |i: usize| sums[i] / steps as f64;
+        Ok(Some((steps, mean(0), mean(1))))
     }
 
     fn forward_averaged(&mut self, input: JointInput<'_>, output: &mut [f32]) -> Result<(), Error> {

@@ -13,14 +13,14 @@ pub(crate) trait JointLearner: Send {
     /// The network.
     fn network(&self) -> &JointConfig;
 
-    /// Forward, loss, backward, Adam. Where `tell` is set it answers with the mean loss and the mean norm of the
-    /// gradient since it answered last; it may do so at any other step, if they are at hand.
+    /// Forward, loss, backward, Adam. Where `tell` is set it answers with the steps since it answered last, their mean
+    /// loss and the mean norm of their gradients; it may do so at any other step, if they are at hand.
     fn step(
         &mut self,
         batch: &Batch,
         rates: Rates,
         tell: bool,
-    ) -> Result<Option<(f64, f64)>, Error>;
+    ) -> Result<Option<(usize, f64, f64)>, Error>;
 
     /// What the averaged weights say: fills `output`, `[batch, length, 6]`.
     fn forward_averaged(&mut self, input: JointInput<'_>, output: &mut [f32]) -> Result<(), Error>;
@@ -67,7 +67,7 @@ impl JointLearner for HostLearner {
         batch: &Batch,
         rates: Rates,
         _tell: bool,
-    ) -> Result<Option<(f64, f64)>, Error> {
+    ) -> Result<Option<(usize, f64, f64)>, Error> {
         let input = batch.input();
         let (size, count) = (input.length * AXES, input.batch);
         let losses = Mutex::new(vec![0.0; count]);
@@ -92,7 +92,7 @@ impl JointLearner for HostLearner {
         if norm.is_finite() {
             self.model.set_parameters(&self.values)?;
         }
-        Ok(Some((loss, f64::from(norm))))
+        Ok(Some((1, loss, f64::from(norm))))
     }
 
     fn forward_averaged(&mut self, input: JointInput<'_>, output: &mut [f32]) -> Result<(), Error> {

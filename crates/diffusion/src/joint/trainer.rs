@@ -104,9 +104,11 @@ impl JointTrainConfig {
 pub struct JointTrainRow {
     /// Steps done.
     pub step: usize,
-    /// Mean pseudo-Huber error of the batch; before any training about 0.3 to 0.4.
+    /// Steps that the means are over: 1, or on a device those since it told the last, and 0 while it tells nothing new.
+    pub over: usize,
+    /// Mean pseudo-Huber error of the batches; before any training about 0.3 to 0.4.
     pub loss: f64,
-    /// Norm of the gradient.
+    /// Mean norm of the gradient.
     pub gradient: f64,
 }
 
@@ -208,7 +210,8 @@ impl<'a> JointTrainer<'a> {
         };
         let step = self.step + 1;
         let tell = self.step == 0 || step.is_multiple_of(TOLD) || step == self.config.steps;
-        if let Some((loss, gradient)) = self.learner.step(&batch, rates, tell)? {
+        self.heard.over = 0;
+        if let Some((over, loss, gradient)) = self.learner.step(&batch, rates, tell)? {
             if !(gradient.is_finite() && loss.is_finite()) {
                 return Err(Error::Diverged {
                     branch: "joint",
@@ -216,7 +219,12 @@ impl<'a> JointTrainer<'a> {
                     step: self.step,
                 });
             }
-            (self.heard.loss, self.heard.gradient) = (loss, gradient);
+            self.heard = JointTrainRow {
+                over,
+                loss,
+                gradient,
+                ..self.heard
+            };
         }
         self.step = step;
         self.heard.step = step;
@@ -357,19 +365,21 @@ mod tests {
         let mut host = JointTrainer::new(config.clone(), Box::new(engine()), &sets).unwrap();
         let flex = dose3_model::burn_unet::Backend::Flex;
         let mut device = JointTrainer::on_device(config.clone(), &network, flex, &sets).unwrap();
-        let (mut sum, mut count, mut told) = (0.0, 0.0, 0);
+        let (mut sum, mut count, mut told) = (0.0, 0, 0);
         for step in 1..=config.steps {
             let (a, b) = (device.advance().unwrap(), host.advance().unwrap());
             assert_eq!((a.step, b.step), (step, step));
-            (sum, count) = (sum + b.loss, count + 1.0);
-            if [1, TOLD, config.steps].contains(&step) {
-                let mean: f64 = sum / count;
+            (sum, count) = (sum + b.loss, count + 1);
+            let told_now = [1, TOLD, config.steps].contains(&step);
+            assert_eq!((a.over, b.over), (if told_now { count } else { 0 }, 1));
+            if told_now {
+                let mean: f64 = sum / count as f64;
                 assert!(
                     (a.loss - mean).abs() < 1e-4 * mean,
                     "{step}: {} {mean}",
                     a.loss
                 );
-                (sum, count, told) = (0.0, 0.0, told + 1);
+                (sum, count, told) = (0.0, 0, told + 1);
             }
         }
         assert_eq!(told, 3);
