@@ -133,6 +133,18 @@ fn cases() -> Vec<Case> {
             Fails("a.npy", Array(0), &["deeply nested"]),
         ),
         case(
+            "fourteen brackets within each other",
+            "a.npy",
+            header(&format!("{{'descr': {} (", "{".repeat(13))),
+            Fails("a.npy", Array(0), &["deeply nested"]),
+        ),
+        case(
+            "brackets hidden by text in other quotes",
+            "a.npy",
+            header(&format!("{{\"it's\": {} (", "{".repeat(13))),
+            Fails("a.npy", Array(0), &["deeply nested"]),
+        ),
+        case(
             "records of records",
             "a.npy",
             header(&format!(

@@ -65,6 +65,27 @@ fn a_drive_with_w_first_is_read_right_from_its_start_and_from_its_middle() {
 }
 
 #[test]
+fn a_header_is_not_overruled_by_the_motion_of_a_few_poses() {
+    // A circle, with w first under a header that says last: of many poses it is found, of few the header holds.
+    let of = |poses: usize| {
+        let row = |i: usize| {
+            let turn = i as f64 / 10.0;
+            let (sin, cos) = turn.sin_cos();
+            let (z, w) = (turn / 2.0).sin_cos();
+            format!("{:.1} {sin} {} 0 {w} 0 0 {z}\n", 1e9 + turn, 1.0 - cos)
+        };
+        let rows: String = (0..poses).map(row).collect();
+        read(&format!("# timestamp tx ty tz qx qy qz qw\n{rows}"))
+    };
+    for poses in [20, 200] {
+        assert!(said(&of(poses)).unwrap().contains("as w, x, y, z:"));
+    }
+    for poses in [4, 10, 19] {
+        assert_eq!(said(&of(poses)), None, "{poses} poses");
+    }
+}
+
+#[test]
 fn sound_logs_of_all_platforms_are_left_as_they_are() {
     for platform in Platform::ALL {
         for seed in 0..6 {

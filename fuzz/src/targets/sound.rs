@@ -1,7 +1,8 @@
 //! What holds of every log that was accepted.
 
 use dose3_datasets::{
-    Format, Frame, LoadOptions, LostKind, StampUnit, Trajectory, load_bytes, write,
+    Format, Frame, LoadOptions, LostKind, Remark, RemarkKind, StampUnit, Trajectory, load_bytes,
+    write,
 };
 use dose3_lie::{Matrix, Pose, Rotation, Vector};
 
@@ -54,10 +55,15 @@ pub fn check(log: &Trajectory) {
 /// Stamps from here on are not read from text, nanoseconds.
 pub const LATEST: u64 = 4_000_000_000_000_000_000;
 
+/// Stamps of a clock that was set are later, nanoseconds.
+const NO_DATE: i64 = 100_000_000_000_000_000;
+
 /// Panics unless a log written as TUM is read back to the same poses.
 pub fn reread(log: &Trajectory) {
-    // Text holds stamps before the year 2096; recordings may hold later ones.
+    // Text holds stamps before the year 2096; recordings may hold later ones. A first stamp near zero before dates is
+    // one of a clock that was not set, and left out.
     if log.len() < 2
+        || (log.stamps[0] < NO_DATE && log.stamps[log.len() / 2] > NO_DATE)
         || log
             .stamps
             .iter()
@@ -79,6 +85,11 @@ pub fn reread(log: &Trajectory) {
         Ok(back) => back,
         Err(error) => panic!("written, but not read: {error}"),
     };
+    // Against the header, by its motion; and said.
+    let order = |remark: &Remark| remark.kind == RemarkKind::QuaternionOrder;
+    if back.report.remarks.iter().any(order) {
+        return;
+    }
     // What rounding left of a rotation is gone after its quaternion.
     let allowed = 1e-9 + 2.0 * log.report.largest_rotation_error;
     assert_eq!(back.stamps, log.stamps, "stamps after writing");

@@ -1,7 +1,8 @@
 //! Arrays of floating-point numbers in a stream of `.npy` arrays.
 //!
 //! `npyz` reads them; what it takes on trust is checked first: it allocates a header of the length that a damaged
-//! file claims, its parser recurses at every bracket, and it multiplies the sizes of the shape without a check.
+//! file claims, its parser recurses at every bracket and tries each
+//! level of them many times over, and it multiplies the sizes of the shape without a check.
 
 use std::io::{self, Write};
 
@@ -14,6 +15,8 @@ const MAGIC: &[u8] = b"\x93NUMPY";
 const LONGEST_HEADER: usize = 65_535;
 /// Brackets in a header: a pose array has two, an array of records (refused later, by name) a few more.
 const MOST_BRACKETS: usize = 16;
+/// Brackets within brackets: the shape of a field of a record is at the fourth level. The parser takes seconds for 14 of them.
+const DEEPEST: usize = 4;
 /// Decimal digits in a header: with all of them in the shape, the product of its sizes still fits 64 bits.
 const MOST_DIGITS: usize = 18;
 
@@ -156,7 +159,9 @@ fn check_header(bytes: &[u8]) -> Result<(), NpyFault> {
             .filter(wanted)
             .count()
     };
-    if count(|byte| b"([{".contains(byte)) > MOST_BRACKETS {
+    if count(|byte| b"([{".contains(byte)) > MOST_BRACKETS
+        || depth(bytes).is_none_or(|deepest| deepest > DEEPEST)
+    {
         let found = "a header of deeply nested brackets".to_owned();
         return Err(NpyFault::NotNpy(found));
     }
@@ -165,6 +170,26 @@ fn check_header(bytes: &[u8]) -> Result<(), NpyFault> {
         return Err(impossible_shape(bytes));
     }
     Ok(())
+}
+
+/// How deep brackets lie within brackets, outside of text in single quotes, the only kind that `numpy` writes in a header;
+/// `None` where another kind or an escape could hide some.
+fn depth(bytes: &[u8]) -> Option<usize> {
+    let text = &bytes[MAGIC.len() + 4..];
+    if text.windows(3).any(|three| three == b"'''") || text.iter().any(|b| b"\"\\".contains(b)) {
+        return None;
+    }
+    let (mut depth, mut deepest, mut quoted) = (0_usize, 0, false);
+    for byte in text {
+        match byte {
+            b'\'' => quoted = !quoted,
+            b'(' | b'[' | b'{' if !quoted => depth += 1,
+            b')' | b']' | b'}' if !quoted => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        deepest = deepest.max(depth);
+    }
+    Some(deepest)
 }
 
 fn impossible_shape(header: &[u8]) -> NpyFault {

@@ -9,11 +9,14 @@ use crate::error::Place;
 /// What a compressed file may become, bytes: a pose log of 100 million poses.
 #[cfg(feature = "compression")]
 const LARGEST: u64 = 4 << 30;
-/// ... and how many times its size, beyond the first 64 MiB: text of poses packs to a third or a tenth.
+/// ... and how many times its size, beyond the first 16 MiB: text of poses packs to a third or a tenth.
 #[cfg(feature = "compression")]
 const LARGEST_RATIO: u64 = 200;
 #[cfg(feature = "compression")]
-const FREE: u64 = 64 << 20;
+const FREE: u64 = 16 << 20;
+/// ... of a chunk of a recording.
+#[cfg(feature = "compression")]
+const FREE_CHUNK: u64 = 64 << 20;
 
 /// The content of a file, unpacked where it is gzip or zstd.
 pub(crate) fn unpack<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, Error> {
@@ -26,10 +29,28 @@ pub(crate) fn unpack<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, 
     Ok(Cow::Borrowed(bytes))
 }
 
-/// Bytes that `packed` bytes may become.
+/// Bytes that `packed` bytes of a file may become.
 #[cfg(feature = "compression")]
-pub(crate) fn limit(packed: usize) -> u64 {
+fn limit(packed: usize) -> u64 {
     (FREE + packed as u64 * LARGEST_RATIO).min(LARGEST)
+}
+
+/// Bytes that `packed` bytes of a chunk of a recording may become: a single image of one colour packs to nothing.
+#[cfg(feature = "compression")]
+pub(crate) fn chunk_limit(packed: usize) -> u64 {
+    (FREE_CHUNK + packed as u64 * LARGEST_RATIO).min(LARGEST)
+}
+
+/// Unpacks a frame of zstd, which may look back no further than `limit` bytes: that much is kept apart from what is
+/// unpacked.
+#[cfg(feature = "compression")]
+pub(crate) fn zstd_frame<R: std::io::Read>(
+    packed: R,
+    limit: u64,
+) -> Result<impl std::io::Read, ruzstd::decoding::errors::FrameDecoderError> {
+    let mut decoder = ruzstd::decoding::FrameDecoder::new();
+    decoder.set_max_window_size(limit.min(ruzstd::decoding::DEFAULT_MAX_WINDOW_SIZE));
+    ruzstd::decoding::StreamingDecoder::new_with_decoder(packed, decoder)
 }
 
 #[cfg(feature = "compression")]
@@ -48,9 +69,10 @@ pub(crate) fn zstd(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, Error> {
     let mut rest = bytes;
     // A file may hold several frames.
     while !rest.is_empty() {
-        let decoder = ruzstd::decoding::StreamingDecoder::new(&mut rest)
-            .map_err(|fault| damaged(path, "zstd", &fault))?;
-        let left = limit(bytes.len()).saturating_sub(out.len() as u64);
+        let limit = limit(bytes.len());
+        let decoder =
+            zstd_frame(&mut rest, limit).map_err(|fault| damaged(path, "zstd", &fault))?;
+        let left = limit.saturating_sub(out.len() as u64);
         read_into(path, decoder, left, &mut out, "zstd")?;
     }
     Ok(out)

@@ -137,11 +137,11 @@ pub(crate) fn unpack_front(
     let damaged = |fault: &(dyn std::error::Error + 'static)| {
         Fault::Damaged(crate::read::broken(compression, fault))
     };
-    let limit = crate::read::unpack_limit(packed.len()).min(size);
+    let limit = crate::read::chunk_limit(packed.len()).min(size);
     let mut reader: Box<dyn Read + '_> = match compression {
-        "zstd" => Box::new(
-            ruzstd::decoding::StreamingDecoder::new(packed).map_err(|fault| damaged(&fault))?,
-        ),
+        "zstd" => {
+            Box::new(crate::read::zstd_frame(packed, limit).map_err(|fault| damaged(&fault))?)
+        }
         "lz4" => Box::new(lz4_flex::frame::FrameDecoder::new(packed)),
         _ => return unpack(packed, compression, Some(size)),
     };
@@ -174,7 +174,7 @@ pub(crate) fn unpack(
     compression: &str,
     expected: Option<u64>,
 ) -> Result<Vec<u8>, Fault> {
-    let limit = crate::read::unpack_limit(packed.len());
+    let limit = crate::read::chunk_limit(packed.len());
     if expected.is_some_and(|expected| expected > limit) {
         return Err(Fault::Damaged(format!(
             "a chunk that claims to unpack to {} MiB",
@@ -190,7 +190,7 @@ pub(crate) fn unpack(
     let read = match compression {
         "zstd" => {
             let decoder =
-                ruzstd::decoding::StreamingDecoder::new(packed).map_err(|fault| damaged(&fault))?;
+                crate::read::zstd_frame(packed, limit).map_err(|fault| damaged(&fault))?;
             decoder.take(limit).read_to_end(&mut out)
         }
         "lz4" => lz4_flex::frame::FrameDecoder::new(packed)
