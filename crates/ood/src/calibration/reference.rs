@@ -190,6 +190,18 @@ mod tests {
     }
 
     #[test]
+    fn equal_highest_scores_do_not_end_the_tail() {
+        // Four of twelve are the highest, as runs of windows that share their lowest one: none is beyond the 0.9 quantile.
+        let r = reference(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 9.0, 9.0, 9.0, 9.0]);
+        let at = |v: f64| r.ln_p(Score::new(v));
+        // Over the median 5.5 the mean excess is (0.5 + 1.5 + 4 * 3.5) / 6.
+        assert!((at(9.0) - at(10.0) - 6.0 / 16.0).abs() < 1e-12);
+        // Of two equal scores, over the lowest of three.
+        let r = reference(&[0.0, 3.0, 3.0]);
+        assert!((r.ln_p(Score::new(3.0)) - r.ln_p(Score::new(6.0)) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
     fn ln_p_joins_at_the_tail_and_never_ends() {
         let values: Vec<f64> = (0..=100).map(f64::from).collect();
         let r = reference(&values);

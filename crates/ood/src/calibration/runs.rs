@@ -32,8 +32,9 @@ const EXTREMES: f64 = 0.97;
 /// Range of the extremal index: four windows of the usual stride cover a pose, so less than a quarter
 /// would rest on few clusters.
 const THETA: (f64, f64) = (0.25, 1.0);
-/// Fewest trusted runs of a length: with fewer, none is beyond the 0.9 quantile.
-const FEWEST_RUNS: usize = 10;
+/// Fewest clusters of exceedances of a length, single windows aside: the lowest of many windows is the same for many runs
+/// that share it, and one cluster does not tell how far others go.
+const FEWEST_CLUSTERS: usize = 2;
 /// The share of trusted runs that reaches a trusted extreme.
 const EXTREME: f64 = 1e-3;
 
@@ -98,7 +99,7 @@ impl RunReference {
     /// From the trusted stretches, for runs of up to `longest` windows. Exceedances more than `gap` windows
     /// apart are clusters of their own.
     ///
-    /// A length counts where there are ten trusted runs of it, from at least half of the groups.
+    /// A length counts where at least half of the groups have trusted runs of it, with two clusters of exceedances.
     ///
     /// # Errors
     /// [`Error::TooFew`] for no window.
@@ -108,12 +109,14 @@ impl RunReference {
         for run in 1..=longest.max(1) {
             let eroded: Vec<Vec<Score>> = stretches.iter().map(|s| erode(&s.scores, run)).collect();
             let told = stretches.iter().filter(|s| s.scores.len() >= run);
-            let runs: usize = eroded.iter().map(Vec::len).sum();
-            if run > 1 && (runs < FEWEST_RUNS || 2 * groups_of(told) < groups) {
+            if run > 1 && 2 * groups_of(told) < groups {
                 break;
             }
             let reference = Reference::new(eroded.concat())?;
             let (clusters, _) = clusters(&eroded, reference.quantile(HIGH), gap);
+            if run > 1 && clusters < FEWEST_CLUSTERS {
+                break;
+            }
             levels.push(Level {
                 clusters: clusters.max(1) as f64,
                 theta: extremal_index(&eroded, reference.quantile(EXTREMES), gap),
@@ -345,10 +348,13 @@ mod tests {
         }]
     }
 
-    /// 0, 1, ..., 100 in one stretch: the highest ten are one cluster.
-    fn ramp() -> RunReference {
-        let values: Vec<f64> = (0..=100).map(f64::from).collect();
-        RunReference::new(&[stretch(0, &values)], 12, 4).unwrap()
+    /// 0, 2, ..., 100 and 1, 3, ..., 99: the highest ten are two clusters.
+    fn ramps() -> RunReference {
+        let of = |first: u32| {
+            let values: Vec<f64> = (first..=100).step_by(2).map(f64::from).collect();
+            stretch(0, &values)
+        };
+        RunReference::new(&[of(0), of(1)], 12, 4).unwrap()
     }
 
     #[test]
@@ -393,20 +399,20 @@ mod tests {
 
     #[test]
     fn the_chance_of_a_log_by_hand() {
-        let reference = ramp();
+        let reference = ramps();
         let mut log = [0.0; 8];
         log[5] = 95.5;
         let stretches = [(0..8).collect()];
         let run = reference
             .worst_run(&scores(&log), &stretches, &one(1))
             .unwrap();
-        // Rank 12 of 102 at the 0.9 quantile 90, mean excess 5.5 of one cluster; beyond the 0.97 quantile are
-        // 98, 99 and 100, so theta 2/4 of 8 windows is 4.
-        let p: f64 = 12.0 / 102.0 / (1.0 + 1.0);
-        assert!((run.p_value - (1.0 - (1.0 - p).powi(4))).abs() < 1e-12);
+        // Rank 12 of 102 at the 0.9 quantile 90, mean excess 5.5 of two clusters; beyond the 0.97 quantile
+        // are 98, 99 and 100 in two clusters, so theta 3/4 of 8 windows is 6.
+        let p: f64 = 12.0 / 102.0 / (1.0_f64 + 1.0 / 2.0).powi(2);
+        assert!((run.p_value - (1.0 - (1.0 - p).powi(6))).abs() < 1e-12);
         assert_eq!((run.first, run.last, run.tail), (5, 5, true));
         // 1 is at p = 1/1000 of the tail, 0 at the median 50.
-        let extreme = 90.0 + 5.5 * (1000.0 * 12.0 / 102.0 - 1.0);
+        let extreme = 90.0 + 5.5 * 2.0 * ((1000.0_f64 * 12.0 / 102.0).sqrt() - 1.0);
         assert!((run.excess - 45.5 / (extreme - 50.0)).abs() < 1e-12);
         // One window alone is no run of three.
         let short = Duration::of_overlap(4);
@@ -467,7 +473,14 @@ mod tests {
     fn what_lasts_is_seen_by_the_long_run() {
         // Six high windows in a row are usual, twelve are not.
         let values: Vec<f64> = (0..400)
-            .map(|i| if i % 20 < 6 { 9.0 } else { f64::from(i % 7) })
+            .map(|i: u32| {
+                let varied = f64::from(i * 7919 % 101) / 101.0;
+                if i % 20 < 6 {
+                    8.5 + varied
+                } else {
+                    6.0 * varied
+                }
+            })
             .collect();
         let reference = RunReference::new(&[stretch(0, &values)], 12, 4).unwrap();
         let mut log = vec![1.0; 40];
@@ -490,7 +503,9 @@ mod tests {
                 .iter()
                 .enumerate()
                 .map(|(group, &n)| {
-                    let wave: Vec<f64> = (0..n).map(|i| ((i * 7 + group) % 11) as f64).collect();
+                    let wave: Vec<f64> = (0..n)
+                        .map(|i| ((i * i * 7 + group * 5) % 101) as f64)
+                        .collect();
                     stretch(group, &wave)
                 })
                 .collect();
@@ -500,8 +515,8 @@ mod tests {
         // Runs of five windows are known of one group in four.
         assert_eq!(depth(&[40, 4, 4, 4]), 4);
         assert_eq!(depth(&[40, 40, 4, 4]), 12);
-        // Fewer than ten runs of four windows.
-        assert_eq!(depth(&[12]), 3);
+        // The highest two of twelve runs are one cluster.
+        assert_eq!(depth(&[12]), 1);
         assert_eq!(depth(&[1]), 1);
         assert!(RunReference::new(&[], 12, 4).is_err());
         assert!(RunReference::new(&[stretch(0, &[])], 12, 4).is_err());
@@ -515,7 +530,7 @@ mod tests {
             group: 0,
             scores: wild,
         };
-        for reference in [ramp(), RunReference::new(&[wild], 12, 4).unwrap()] {
+        for reference in [ramps(), RunReference::new(&[wild], 12, 4).unwrap()] {
             for value in [Score::MAX, Score::new(f64::NEG_INFINITY), Score::new(0.0)] {
                 let log = vec![value; 20];
                 let run = reference

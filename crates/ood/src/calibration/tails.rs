@@ -11,7 +11,7 @@ const LOWER: f64 = 0.1;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tails {
     /// `p(s) = p(start) exp(-(s - start) / scale)`, with the mean excess of the reference over `start`,
-    /// its 0.9 quantile.
+    /// its 0.9 quantile, or over the median or the lowest score where the highest are all equal.
     pub upper: Tail,
     /// `1 - p(s) = (1 - p(start)) / (1 + (start - s) / scale)`, from the lowest score down, with the mean
     /// shortfall of the reference under its 0.1 quantile. Only the scale is fitted: the shape is a
@@ -30,8 +30,16 @@ impl Tails {
     /// Of scores in ascending order, not empty.
     pub fn of(sorted: &[f64]) -> Self {
         let start = quantile_sorted(sorted, UPPER);
-        let over = sorted.iter().map(|v| v - start);
-        let upper = Tail::new(start, over);
+        // Over any start an exponential tail has the same mean excess: where ties leave nothing beyond this one, a lower one
+        // tells it.
+        let starts = [start, quantile_sorted(sorted, 0.5), sorted[0]];
+        let highest = sorted[sorted.len() - 1];
+        let from = starts.into_iter().find(|from| *from < highest);
+        let from = from.unwrap_or(start);
+        let upper = Tail {
+            start,
+            ..Tail::new(from, sorted.iter().map(|v| v - from))
+        };
         let quantile = quantile_sorted(sorted, LOWER);
         let under = sorted.iter().map(|v| quantile - v);
         Self {
