@@ -4,6 +4,7 @@ use dose3_engine::{Adam, AdamConfig, Engine};
 use dose3_model::burn_unet::{Backend, BurnModel};
 use dose3_model::{Input, NoiseModel, Parameters, UNetConfig};
 
+#[path = "../../engine/tests/support/mod.rs"]
 mod support;
 
 use support::{Batch, engine, parameters};

@@ -4,10 +4,12 @@
 #[allow(dead_code)]
 #[path = "../golden/golden.rs"]
 mod golden;
+#[path = "../golden/joint.rs"]
+mod joint;
 
 use burn::tensor::Device;
 use dose3_model::NoiseModel;
-use dose3_model::burn_unet::BurnModel;
+use dose3_model::burn_unet::{Backend, BurnJoint, BurnModel};
 use golden::{Golden, relative_error};
 
 const TOLERANCE: f32 = 1e-4;
@@ -42,4 +44,12 @@ fn every_gradient_is_that_of_pytorch() {
             assert!(error < TOLERANCE, "{backend}: {}: {error}", spec.name);
         }
     }
+}
+
+/// The joint network, against NumPy.
+#[test]
+fn the_joint_network_computes_what_numpy_does() {
+    let golden = joint::Golden::load();
+    let mut model = BurnJoint::new(&golden.parameters, Backend::Flex).unwrap();
+    golden.hold("burn", &mut model);
 }
