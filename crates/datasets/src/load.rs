@@ -255,6 +255,7 @@ fn load_file_each(
     path: &Path,
     options: &LoadOptions,
 ) -> Result<Vec<Result<Trajectory, Error>>, Error> {
+    #[cfg(feature = "recordings")]
     let sound = |logs: Vec<Trajectory>| logs.into_iter().map(Ok).collect();
     options.check()?;
     if path != Path::new(STANDARD_INPUT) && path.is_dir() {

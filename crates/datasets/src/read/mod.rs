@@ -39,7 +39,7 @@ pub(crate) use text::{Text, signature};
 pub(crate) use ulog::MAGIC as ULOG;
 pub(crate) use unpack::unpack;
 #[cfg(feature = "recordings")]
-pub(crate) use unpack::{broken, chunk_limit, zstd_frame};
+pub(crate) use unpack::{broken, chunk_limit, zstd_chunk};
 
 /// Reads the logs in the unpacked bytes of a file, each on its own: one, but for a table with a column that names its logs
 /// and for a flight log of which several topics were asked for.

@@ -15,7 +15,7 @@ const LARGEST_RATIO: u64 = 200;
 #[cfg(feature = "compression")]
 const FREE: u64 = 16 << 20;
 /// ... of a chunk of a recording.
-#[cfg(feature = "compression")]
+#[cfg(feature = "recordings")]
 const FREE_CHUNK: u64 = 64 << 20;
 
 /// The content of a file, unpacked where it is gzip or zstd.
@@ -36,7 +36,7 @@ fn limit(packed: usize) -> u64 {
 }
 
 /// Bytes that `packed` bytes of a chunk of a recording may become: a single image of one colour packs to nothing.
-#[cfg(feature = "compression")]
+#[cfg(feature = "recordings")]
 pub(crate) fn chunk_limit(packed: usize) -> u64 {
     (FREE_CHUNK + packed as u64 * LARGEST_RATIO).min(LARGEST)
 }
@@ -44,13 +44,21 @@ pub(crate) fn chunk_limit(packed: usize) -> u64 {
 /// Unpacks a frame of zstd, which may look back no further than `limit` bytes: that much is kept apart from what is
 /// unpacked.
 #[cfg(feature = "compression")]
-pub(crate) fn zstd_frame<R: std::io::Read>(
+fn zstd_frame<R: std::io::Read>(
     packed: R,
     limit: u64,
 ) -> Result<impl std::io::Read, ruzstd::decoding::errors::FrameDecoderError> {
     let mut decoder = ruzstd::decoding::FrameDecoder::new();
     decoder.set_max_window_size(limit.min(ruzstd::decoding::DEFAULT_MAX_WINDOW_SIZE));
     ruzstd::decoding::StreamingDecoder::new_with_decoder(packed, decoder)
+}
+
+/// The same of a chunk of a recording. Its window may be far larger than what it unpacks to.
+#[cfg(feature = "recordings")]
+pub(crate) fn zstd_chunk(
+    packed: &[u8],
+) -> Result<impl std::io::Read, ruzstd::decoding::errors::FrameDecoderError> {
+    zstd_frame(packed, chunk_limit(packed.len()))
 }
 
 #[cfg(feature = "compression")]

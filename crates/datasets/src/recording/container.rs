@@ -139,9 +139,7 @@ pub(crate) fn unpack_front(
     };
     let limit = crate::read::chunk_limit(packed.len()).min(size);
     let mut reader: Box<dyn Read + '_> = match compression {
-        "zstd" => {
-            Box::new(crate::read::zstd_frame(packed, limit).map_err(|fault| damaged(&fault))?)
-        }
+        "zstd" => Box::new(crate::read::zstd_chunk(packed).map_err(|fault| damaged(&fault))?),
         "lz4" => Box::new(lz4_flex::frame::FrameDecoder::new(packed)),
         _ => return unpack(packed, compression, Some(size)),
     };
@@ -189,8 +187,7 @@ pub(crate) fn unpack(
     let mut out = Vec::new();
     let read = match compression {
         "zstd" => {
-            let decoder =
-                crate::read::zstd_frame(packed, limit).map_err(|fault| damaged(&fault))?;
+            let decoder = crate::read::zstd_chunk(packed).map_err(|fault| damaged(&fault))?;
             decoder.take(limit).read_to_end(&mut out)
         }
         "lz4" => lz4_flex::frame::FrameDecoder::new(packed)

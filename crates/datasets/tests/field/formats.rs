@@ -440,7 +440,7 @@ fn packed_files_are_unpacked_and_bombs_refused() {
     let error = load_bytes("bomb.zst", &bomb, &LoadOptions::default())
         .unwrap_err()
         .to_string();
-    assert!(error.contains("more than 64 MiB"), "{error}");
+    assert!(error.contains("more than 16 MiB"), "{error}");
 }
 
 #[test]
