@@ -56,13 +56,13 @@ pub fn run(args: &TrainArgs) -> anyhow::Result<()> {
         let learned = train_on(&logs, options, &mut |at| {
             if at.step.is_multiple_of(100) || at.step == at.steps {
                 let (stage, step, steps) = (at.stage, at.step, at.steps);
-                println!("{stage} step {step} of {steps}: loss {:.4}", at.loss);
+                dose3_study::say!("{stage} step {step} of {steps}: loss {:.4}", at.loss);
             }
         })?;
         let of_study = || baseline.weights(args.representation, args.seed);
         let out = args.out.clone().unwrap_or_else(of_study);
         learned.write(&out)?;
-        println!(
+        dose3_study::say!(
             "wrote {}; {} windows of {} logs, {} parameters, {}, {:.0} s",
             out.display(),
             learned.record.windows,

@@ -1,6 +1,7 @@
 //! `cargo xtask ci`: the whole check of this repository, cheapest first.
 
 use anyhow::{Context, Result, ensure};
+use dose3_study::say;
 use std::path::Path;
 use std::process::Command;
 
@@ -34,7 +35,7 @@ pub fn run() -> Result<()> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let data = Path::new(ROOT).join(DATA);
     for check in CHECKS {
-        println!("cargo {}", check.join(" "));
+        say!("cargo {}", check.join(" "));
         let mut command = Command::new(&cargo);
         command
             .args(check)

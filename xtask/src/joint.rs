@@ -9,6 +9,7 @@ use dose3_model::Precision;
 use dose3_model::joint::JointConfig;
 use dose3_study::data::DataRoot;
 use dose3_study::joint::{JointData, train, untrained};
+use dose3_study::say;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -76,7 +77,7 @@ pub fn run(args: &JointArgs) -> Result<()> {
     };
     if args.untrained {
         untrained(&network, &config)?.write(&args.out, precision)?;
-        println!("wrote {}, untrained", args.out.display());
+        say!("wrote {}, untrained", args.out.display());
         return Ok(());
     }
     let root = DataRoot::find(args.data.as_deref())?;
@@ -84,7 +85,7 @@ pub fn run(args: &JointArgs) -> Result<()> {
     let data = JointData::read(&root, longest, !args.no_synthetic)?;
     for (record, set) in data.records.iter().zip(&data.training) {
         let steps: usize = set.sequences.iter().map(Vec::len).sum();
-        println!(
+        say!(
             "{} at {} Hz: {} logs, {steps} steps, scale {:.4?}",
             record.name,
             record.rate,
@@ -92,7 +93,7 @@ pub fn run(args: &JointArgs) -> Result<()> {
             set.scale
         );
     }
-    println!("{} parameters", network.layout().len());
+    say!("{} parameters", network.layout().len());
     let start = Instant::now();
     let (mut sum, mut count) = (0.0, 0.0);
     let computing = Computing {
@@ -103,7 +104,7 @@ pub fn run(args: &JointArgs) -> Result<()> {
         let over = row.over as f64;
         (sum, count) = (sum + over * row.loss, count + over);
         if row.step.is_multiple_of(100) || row.step == config.steps {
-            println!(
+            say!(
                 "step {} of {}: {:.4} ({:.0} s)",
                 row.step,
                 config.steps,
@@ -113,11 +114,11 @@ pub fn run(args: &JointArgs) -> Result<()> {
             (sum, count) = (0.0, 0.0);
         }
         if let Some(errors) = validated {
-            println!("validation at step {}, each set: {errors:.4?}", row.step);
+            say!("validation at step {}, each set: {errors:.4?}", row.step);
         }
     })?;
     model.write(&args.out, precision)?;
-    println!(
+    say!(
         "wrote {}; validation {:?}",
         args.out.display(),
         model.header.validation

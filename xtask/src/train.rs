@@ -14,6 +14,7 @@ use dose3_diffusion::trainer::{LogRow, to_csv};
 use dose3_model::{PairConfig, Precision};
 use dose3_study::data::DataRoot;
 use dose3_study::networks::{self, NETWORKS, Network};
+use dose3_study::say;
 use dose3_study::training::{Training, shipped_file, shipped_shape};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -158,10 +159,10 @@ pub fn run(args: &ReleaseArgs) -> Result<()> {
     for network in networks {
         let out = network.file();
         if out.exists() {
-            println!("{} is trained already", out.display());
+            say!("{} is trained already", out.display());
             continue;
         }
-        println!("{}: {:?}", network.name, network.training);
+        say!("{}: {:?}", network.name, network.training);
         let task = Task {
             training: network.training,
             shape: shipped_shape(),
@@ -181,12 +182,12 @@ struct Heard {
 
 impl Progress for Heard {
     fn training(&mut self, training: usize, validation: usize) {
-        println!("{training} training windows, {validation} validation windows");
+        say!("{training} training windows, {validation} validation windows");
     }
 
     fn step(&mut self, row: &LogRow) {
         if row.step.is_multiple_of(50) || row.step == self.steps {
-            println!(
+            say!(
                 "step {} of {}: translation {:.4} rotation {:.4} ({:.1} s)",
                 row.step,
                 self.steps,
@@ -226,7 +227,7 @@ fn trained(task: &Task, args: &ReleaseArgs) -> Result<()> {
     let svg = plot::losses(&trained.log)?;
     atomic::write(&task.logs.join(format!("{name}.loss.svg")), svg.as_bytes())?;
     let record = &trained.model.header.training;
-    println!(
+    say!(
         "wrote {}; validation: translation {:?}, rotation {:?}; {:.0} s",
         out.display(),
         record.translation_validation,

@@ -47,7 +47,7 @@ impl Options {
                 true => "no data set".into(),
                 false => found.join(", "),
             };
-            println!(
+            say!(
                 "real data from {} ({}): {found}",
                 root.path.display(),
                 root.source
@@ -62,7 +62,7 @@ impl Options {
                 );
             }
         }
-        println!(
+        say!(
             "no table of real data can be made (--data, $DOSE3_DATA, data/): SYNTHETIC data sets, \
              generated here. These numbers say nothing about the paper's."
         );

@@ -14,7 +14,7 @@ pub fn print(markdown: &str) {
     let bold = std::io::stdout().is_terminal() && !forbidden && !dumb;
     let columns = std::env::var("COLUMNS").ok();
     let columns = columns.and_then(|columns| columns.parse().ok());
-    println!(
+    say!(
         "\n{}",
         plain(markdown, columns.unwrap_or(PROSE).clamp(40, PROSE), bold)
     );

@@ -15,6 +15,7 @@ use clap::{Args, ValueEnum};
 use dose3::atomic;
 use dose3::backend::Backend;
 use dose3_study::provenance::{Start, render_into};
+use dose3_study::say;
 use network::Pair;
 use pytorch::{Mode, Pytorch};
 use report::{NetworkRow, Report, ScoreRow};
@@ -176,10 +177,10 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let json = serde_json::to_string_pretty(&report)?;
     atomic::write(&args.out.join("bench.json"), json.as_bytes())?;
     atomic::write(&args.out.join("bench.md"), markdown.as_bytes())?;
-    println!("\n{markdown}");
+    say!("\n{markdown}");
     if let Some(path) = &args.render {
         render_into(path, &markdown, "bench")?;
-        println!("updated {}", path.display());
+        say!("updated {}", path.display());
     }
     Ok(())
 }
@@ -221,7 +222,7 @@ fn shorter(best: &mut Option<f64>, time: f64) {
 }
 
 fn networks(args: &BenchArgs, shape: &Shape, report: &mut Report) -> Result<()> {
-    println!("width {}: networks", shape.width);
+    say!("width {}: networks", shape.width);
     let (flops, instructions) = network::work(shape)?;
     report.instructions = format!("{instructions:?}");
     let mut lanes = Vec::new();
@@ -241,7 +242,7 @@ fn networks(args: &BenchArgs, shape: &Shape, report: &mut Report) -> Result<()> 
     }
     let mut sgemm: Option<f64> = None;
     for round in 0..args.rounds {
-        println!("  turn {} of {}", round + 1, args.rounds);
+        say!("  turn {} of {}", round + 1, args.rounds);
         if let Some(peak) = sgemm::peak(args.seconds / 4.0) {
             sgemm = Some(sgemm.map_or(peak, |s| s.max(peak)));
         }
@@ -304,7 +305,7 @@ fn scores(args: &BenchArgs, shape: &Shape, report: &mut Report) -> Result<()> {
     let part = LogFile::new((args.score_poses / 10).max(shape.length))?;
     for &steps in &args.score_steps {
         for &draws in &args.score_draws {
-            println!("width {}: score, {steps} steps, {draws} draws", shape.width);
+            say!("width {}: score, {steps} steps, {draws} draws", shape.width);
             let spending = Spending { steps, draws };
             let detector = score::detector(shape, &args.statistics, spending)?;
             for &threads in &args.threads {

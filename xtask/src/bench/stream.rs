@@ -9,6 +9,7 @@ use dose3_datasets::synthetic::{Platform, suite, trajectory};
 use dose3_ood::statistics::quantile_sorted as quantile;
 use dose3_study::live::soak::{self, Soak};
 use dose3_study::provenance::{Provenance, Start};
+use dose3_study::say;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
@@ -121,7 +122,7 @@ pub fn run(args: &StreamArgs, out: &Path, command: &str) -> Result<()> {
         serde_json::to_string_pretty(&report)?.as_bytes(),
     )?;
     atomic::write(&out.join("stream.md"), markdown.as_bytes())?;
-    println!("\n{markdown}\nwrote {}", out.join("stream.json").display());
+    say!("\n{markdown}\nwrote {}", out.join("stream.json").display());
     Ok(())
 }
 

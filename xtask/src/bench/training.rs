@@ -8,6 +8,7 @@ use dose3::backend::{Backend, Computing};
 use dose3_diffusion::trainer::{LearnerPair, LogRow, TrainConfig, Trainer, WindowSource};
 use dose3_diffusion::{Error, ProcessConfig};
 use dose3_model::PairConfig;
+use dose3_study::say;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -75,7 +76,7 @@ struct Contestant<'a> {
 impl Contestant<'_> {
     /// The first steps: kernels are compiled, buffers made.
     fn warm_up(&mut self) -> Result<()> {
-        println!("  first steps: {}", self.what);
+        say!("  first steps: {}", self.what);
         for _ in 0..BLOCK {
             self.trainer.advance()?;
         }
@@ -103,7 +104,7 @@ impl Contestant<'_> {
 /// # Errors
 /// A backend that cannot be had; PyTorch where it is asked for and not there.
 pub fn run(args: &BenchArgs, shape: &Shape) -> Result<(Vec<TrainingRow>, Option<String>)> {
-    println!("width {}: training", shape.width);
+    say!("width {}: training", shape.width);
     let threads = args.threads.iter().copied().max().unwrap_or(1);
     let initial = parameters(shape)?;
     let network = PairConfig::new(shape.width, &shape.multipliers);
@@ -170,7 +171,7 @@ pub fn run(args: &BenchArgs, shape: &Shape) -> Result<(Vec<TrainingRow>, Option<
             contestant.warm_up()?;
         }
         for round in 0..args.rounds {
-            println!("  turn {} of {}", round + 1, args.rounds);
+            say!("  turn {} of {}", round + 1, args.rounds);
             for contestant in &mut contestants {
                 contestant.turn(args.seconds)?;
             }

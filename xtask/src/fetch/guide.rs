@@ -1,5 +1,6 @@
 //! Data sets that this task cannot fetch: where they are, under which terms, and where to put them.
 
+use dose3_study::say;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -65,9 +66,9 @@ Citation: B. Wen, C. Mitash, B. Ren, K. E. Bekris: se(3)-TrackNet: Data-driven 6
 /// # Errors
 /// A folder that cannot be read, lacks a log, or has one that does not load.
 pub fn run(guide: &Guide, folder: Option<&Path>) -> Result<()> {
-    println!("{}\n", guide.text);
+    say!("{}\n", guide.text);
     let Some(folder) = folder else {
-        println!(
+        say!(
             "Then:     cargo xtask fetch-data {} --check data/{0}",
             guide.name
         );
@@ -75,7 +76,7 @@ pub fn run(guide: &Guide, folder: Option<&Path>) -> Result<()> {
     };
     let report =
         (guide.check)(folder).with_context(|| format!("cannot check {}", folder.display()))?;
-    print!("{report}");
+    say!("{}", report.to_string().trim_end());
     if !report.is_complete() {
         bail!(
             "{}: {} log(s) missing, {} that do not load",

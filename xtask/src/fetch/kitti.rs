@@ -1,5 +1,6 @@
 //! KITTI odometry ground truth poses: download, unpack, verify.
 
+use dose3_study::say;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
@@ -43,18 +44,18 @@ pub fn run(out: &Path, url: &str) -> Result<()> {
     let files = checksums::KITTI;
     let folder = pose_folder(out);
     match fetch(out, url, &files, &Transport::default())? {
-        Outcome::AlreadyPresent => println!(
+        Outcome::AlreadyPresent => say!(
             "{}: all {} pose files are there and match their checksums, nothing to download",
             folder.display(),
             files.len()
         ),
-        Outcome::Downloaded(written) => println!(
+        Outcome::Downloaded(written) => say!(
             "{}: {written} of {} pose files written; all match their checksums",
             folder.display(),
             files.len()
         ),
     }
-    println!("{LICENCE}");
+    say!("{LICENCE}");
     Ok(())
 }
 

@@ -125,14 +125,14 @@ pub fn run(options: &Options, of_table: &TableOptions) -> Result<()> {
     atomic::write(&json, serde_json::to_string_pretty(&report)?.as_bytes())?;
     atomic::write(&options.out.join("benchmark.md"), markdown.as_bytes())?;
     plain::print(&markdown);
-    println!("wrote {} and benchmark.md", json.display());
+    say!("wrote {} and benchmark.md", json.display());
     if let Some(folder) = &options.render {
         let name = match synthetic {
             true => "six-pairs-synthetic",
             false => "six-pairs",
         };
         let path = write_document(folder, name, "AUROC of the shipped network", &markdown)?;
-        println!("updated {}", path.display());
+        say!("updated {}", path.display());
     }
     Ok(())
 }
@@ -219,7 +219,7 @@ fn measured(
         all.extend(pass.run(model, set, rows, settings, &|| bar.inc(1))?);
     }
     bar.finish_and_clear();
-    println!(
+    say!(
         "{}: {} logs, {} windows",
         set.name,
         set.trajectories.len(),
@@ -268,7 +268,7 @@ fn model(options: &Options, of_table: &TableOptions, data: &[DataSet], seed: u64
             && old.header.training.logs == records(&training)
             && old.header.training.validation == records(&validation)
         {
-            println!("taking up {}, trained by an earlier run", out.display());
+            say!("taking up {}, trained by an earlier run", out.display());
             return Ok(old);
         }
         bail!(

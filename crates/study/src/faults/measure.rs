@@ -80,7 +80,7 @@ pub fn one_run(
             let (cells, poses) = windows::run(set, &sites, faults, &context, &mut prober)?;
             run.windows.extend(cells);
             run.poses.extend(poses);
-            println!(
+            say!(
                 "{}: {} faults at {} places",
                 set.name,
                 faults.len(),
@@ -89,7 +89,7 @@ pub fn one_run(
         }
         if of_faults.wants(Section::Logs, options.quick) {
             let pieces = logs::pieces(&set.logs, &tested);
-            println!(
+            say!(
                 "{}: {} faults in {} pieces of logs",
                 set.name,
                 faults.len(),
@@ -184,7 +184,7 @@ fn fit_all(
         });
         detectors.push(of_set.collect::<Result<Vec<_>>>()?);
         bar.finish_and_clear();
-        println!(
+        say!(
             "{}: {} windows, densities fitted",
             set.name,
             rows.windows.len()

@@ -183,7 +183,7 @@ pub fn run(options: &Options, of_faults: &FaultOptions) -> Result<()> {
         if model.header.rate != header.rate || model.header.window != header.window {
             bail!("all models must have one rate and one window length");
         }
-        println!("model {} of {}", index + 1, models.len());
+        say!("model {} of {}", index + 1, models.len());
         runs.push(measure::one_run(
             options,
             of_faults,
@@ -218,7 +218,7 @@ pub fn run(options: &Options, of_faults: &FaultOptions) -> Result<()> {
     atomic::write(&json, serde_json::to_string_pretty(&report)?.as_bytes())?;
     atomic::write(&options.out.join("faults.md"), markdown.as_bytes())?;
     plain::print(&markdown);
-    println!("wrote {} and faults.md", json.display());
+    say!("wrote {} and faults.md", json.display());
     if let Some(folder) = &options.render {
         // A run without windows has a place of its own: the other one may be of several models.
         let windows = of_faults.wants(Section::Windows, options.quick);
@@ -228,7 +228,7 @@ pub fn run(options: &Options, of_faults: &FaultOptions) -> Result<()> {
             (false, false) => ("faults-logs", "Injected faults in logs, and false alarms"),
         };
         let path = write_document(folder, name, title, &markdown)?;
-        println!("updated {}", path.display());
+        say!("updated {}", path.display());
     }
     Ok(())
 }
@@ -271,7 +271,7 @@ pub(crate) fn load(
         if let Some(root) = root.as_ref().filter(|r| r.source != DataRoot::DEFAULT) {
             bail!("{} holds no data set", root.path.display());
         }
-        println!("no real data (--data, $DOSE3_DATA, data/): SYNTHETIC data sets, generated here");
+        say!("no real data (--data, $DOSE3_DATA, data/): SYNTHETIC data sets, generated here");
     }
     let sets = if synthetic {
         sets::synthetic(0, 8)?

@@ -145,7 +145,7 @@ pub fn run(options: &Options, of_live: &LiveOptions) -> Result<()> {
             let of_stamps = (of_live.part, most.div_ceil(folds.len()), of_live.seed);
             record.of_stamps(options, of_live, set, fold, of_stamps)?;
         }
-        println!("{}: {} folds", set.name, folds.len());
+        say!("{}: {} folds", set.name, folds.len());
     }
     if let Some(root) = &root {
         vio(options, of_live, (root, hertz), &mut record)?;
@@ -173,7 +173,7 @@ fn vio(
         record.sound.extend(sound::run("vio", tested, &fitted)?);
         record.real.extend(vio.diverged(&fold.tested, &fitted)?);
     }
-    println!("vio: {} folds", folds.len());
+    say!("vio: {} folds", folds.len());
     // The same of one rig at a time: what is trusted and what is watched are alike.
     for rig in &vio.rigs() {
         let groups: Vec<usize> = rig.iter().map(|log| vio.groups[*log]).collect();
@@ -291,10 +291,10 @@ fn write(options: &Options, record: &Record) -> Result<()> {
     atomic::write(&json, serde_json::to_string_pretty(record)?.as_bytes())?;
     let document = options.out.join(format!("{name}.md"));
     atomic::write(&document, markdown.as_bytes())?;
-    println!("\n{markdown}\nwrote {} and {name}.md", json.display());
+    say!("\n{markdown}\nwrote {} and {name}.md", json.display());
     if let Some(folder) = &options.render {
         let path = write_document(folder, name, "Alarms of streams", &markdown)?;
-        println!("updated {}", path.display());
+        say!("updated {}", path.display());
     }
     Ok(())
 }

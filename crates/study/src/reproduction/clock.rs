@@ -102,7 +102,7 @@ impl Clock {
 
     fn print(&self, line: &str) {
         if self.bar.is_hidden() {
-            println!("{line}");
+            say!("{line}");
         }
     }
 

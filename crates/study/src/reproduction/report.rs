@@ -154,13 +154,13 @@ impl Report {
             &options.out.join("all.json"),
             serde_json::to_string_pretty(&self.json(findings))?.as_bytes(),
         )?;
-        println!(
+        say!(
             "wrote {}, all.md and all.json",
             options.out.join("all.html").display()
         );
         if let Some(path) = &options.render {
             let path = self.render(path, &markdown, &sections, findings)?;
-            println!("updated {}", path.display());
+            say!("updated {}", path.display());
         }
         Ok(())
     }

@@ -80,7 +80,7 @@ pub fn faults(
             pieces::add(&mut record.called, found);
         }
     }
-    println!("{}: few trusted logs", set.name);
+    say!("{}: few trusted logs", set.name);
     Ok(())
 }
 
@@ -131,7 +131,7 @@ pub fn alarms(
         }
         record.few.extend(cells);
     }
-    println!("{}: false alarms beside few trusted logs", set.name);
+    say!("{}: false alarms beside few trusted logs", set.name);
     Ok(())
 }
 

@@ -91,7 +91,7 @@ pub fn fit(measured: &Measured<'_>, trusted: &[usize], run: &Run<'_>) -> Result<
             })?;
         match Fitted::fit(contender, &rows, &places, &run.settings) {
             Ok(fit) => fitted.push((*contender, fit)),
-            Err(error) => println!("{}: not fitted, {error:#}", contender.key),
+            Err(error) => say!("{}: not fitted, {error:#}", contender.key),
         }
     }
     Ok(FoldFit { fitted, linear })

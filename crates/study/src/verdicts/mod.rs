@@ -177,10 +177,10 @@ fn write(options: &Options, record: &Record, name: &str, title: &str) -> Result<
     let document = options.out.join(format!("{name}.md"));
     atomic::write(&document, markdown.as_bytes())?;
     plain::print(&markdown);
-    println!("wrote {} and {name}.md", json.display());
+    say!("wrote {} and {name}.md", json.display());
     if let Some(folder) = &options.render {
         let path = write_document(folder, name, title, &markdown)?;
-        println!("updated {}", path.display());
+        say!("updated {}", path.display());
     }
     Ok(())
 }

@@ -47,7 +47,7 @@ pub fn calibration(run: &Run<'_>, set: &LogSet, record: &mut Record) -> Result<(
     let of = (set.logs.as_slice(), groups.as_slice());
     let cells = of_calibration::run(set.letter, of, &protocols, &faults, run.seed())?;
     record.calibration.extend(cells);
-    println!("{}: calibration with {} faults", set.name, faults.len());
+    say!("{}: calibration with {} faults", set.name, faults.len());
     Ok(())
 }
 
@@ -69,7 +69,7 @@ pub fn of_set(
         logs: &set.logs,
         groups: &groups,
     };
-    println!("{}: {} windows", set.name, cut.len());
+    say!("{}: {} windows", set.name, cut.len());
     if sections.contains(&Section::Couplings) {
         couplings(run, set, &measured, record)?;
     }
@@ -93,7 +93,7 @@ pub fn of_set(
     if sections.contains(&Section::Whole) {
         let cells = whole::run(set.letter, &set.raw, &measured, run)?;
         record.whole.extend(cells);
-        println!("{}: whole logs", set.name);
+        say!("{}: whole logs", set.name);
     }
     Ok(())
 }
@@ -121,7 +121,7 @@ fn couplings(
     let at = (set.logs.as_slice(), places.as_slice());
     let found = windows::run(set.letter, at, &faults, &fit, seed, &mut run.measurer)?;
     record.windows.extend(found);
-    println!("{}: windows with {} faults", set.name, faults.len());
+    say!("{}: windows with {} faults", set.name, faults.len());
     Ok(())
 }
 
@@ -147,7 +147,7 @@ fn called(
             let found = pieces::run(set.letter, &pieces, what, &faults, &fit, seed, measurer)?;
             pieces::add(&mut record.called, found);
         }
-        println!("{}: one of {} folds judged", set.name, folds.len());
+        say!("{}: one of {} folds judged", set.name, folds.len());
     }
     Ok(())
 }

@@ -123,7 +123,7 @@ fn of_set(
                 .collect::<Result<_>>()?;
             record.cases.extend(cases.into_iter().flatten());
         }
-        println!("{}: {} pieces", set.name, chosen.len());
+        say!("{}: {} pieces", set.name, chosen.len());
     }
     Ok(())
 }
@@ -182,10 +182,10 @@ fn write(options: &Options, record: &Record) -> Result<()> {
     let json = options.out.join(format!("{name}.json"));
     atomic::write(&json, serde_json::to_string_pretty(record)?.as_bytes())?;
     atomic::write(&options.out.join(format!("{name}.md")), markdown.as_bytes())?;
-    println!("\n{markdown}\nwrote {} and {name}.md", json.display());
+    say!("\n{markdown}\nwrote {} and {name}.md", json.display());
     if let Some(folder) = &options.render {
         let path = write_document(folder, name, "Reasons on injected faults", &markdown)?;
-        println!("updated {}", path.display());
+        say!("updated {}", path.display());
     }
     Ok(())
 }
