@@ -87,3 +87,16 @@ fn a_named_folder_without_data_is_an_error() {
         "{said}"
     );
 }
+
+#[test]
+fn a_reader_that_left_stops_nothing() {
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let run = Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .args(["fetch-data", "robotcar"])
+        .stdout(writer)
+        .output()
+        .expect("xtask starts");
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert!(run.status.success(), "{said}");
+}
