@@ -41,7 +41,7 @@ fn main() -> ExitCode {
         Task::TrainBaselines(args) => xtask::baselines::run(&args),
         Task::FetchData(args) => xtask::fetch::run(args),
     };
-    match result {
+    match result.and_then(|()| dose3_study::said::whole()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");

@@ -100,3 +100,23 @@ fn a_reader_that_left_stops_nothing() {
     let said = String::from_utf8_lossy(&run.stderr);
     assert!(run.status.success(), "{said}");
 }
+
+/// `/dev/full` answers that no space is left.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_output_is_an_error_in_words() {
+    let full = std::fs::OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .expect("a device");
+    let run = Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .args(["fetch-data", "robotcar"])
+        .stdout(full)
+        .output()
+        .expect("xtask starts");
+    let said = String::from_utf8_lossy(&run.stderr);
+    assert!(
+        !run.status.success() && said.contains("no storage space"),
+        "{said}"
+    );
+}

@@ -1,16 +1,8 @@
 //! The study: data sets and roles of logs, networks, rows, splits, experiments and their records, injected faults,
 //! learned baselines, and the tables, page and figures that are made of what was measured.
 
-/// Says a line at the terminal, as `println!`. What is measured is in files: where nobody reads any more (`| head`), the
-/// work goes on.
-#[macro_export]
-macro_rules! say {
-    ($($line:tt)*) => {{
-        use std::io::Write as _;
-        // Nobody who could be told of an error.
-        let _ = writeln!(std::io::stdout(), $($line)*);
-    }};
-}
+#[macro_use]
+pub mod said;
 
 pub mod benchmark;
 mod cells;
