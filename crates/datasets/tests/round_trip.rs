@@ -7,7 +7,7 @@ mod property_cases;
 use std::fs;
 
 use dose3_datasets::{Format, Frame, LoadOptions, Trajectory, detect, load, write};
-use dose3_lie::{Pose, Rotation, Vector, so3};
+use dose3_lie::{Pose, Vector, so3};
 use property_cases::cases;
 use proptest::prelude::*;
 
@@ -117,11 +117,6 @@ proptest! {
     fn robotcar_vo(log in logs()) {
         let origin = log.poses[0].inverse();
         let relative: Vec<Pose> = log.poses.iter().map(|pose| origin.compose(pose)).collect();
-        // The identity amid poses far away is how trackers say that they are lost.
-        let lost = |pose: &Pose| {
-            so3::distance(&pose.rotation, &Rotation::identity()) < 1e-9 && pose.translation.amax() < 1e-6
-        };
-        prop_assume!(!relative[1..].iter().any(lost));
         let back = through(Format::RobotCar, "vo.csv", |sink| write::robotcar_vo(sink, &log));
         let (angle, metres) = difference(&relative, &back.poses);
         // Steps of thousands of kilometres, chained: an angle of 1e-12 there is 1e-5 m.

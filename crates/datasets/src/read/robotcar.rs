@@ -117,6 +117,7 @@ fn chain(
 ) -> Result<(), Error> {
     let start = match collector.last() {
         None => {
+            collector.chained = true;
             collector.push(place, earlier, Pose::identity())?;
             Pose::identity()
         }

@@ -15,7 +15,7 @@ impl Collector<'_> {
     /// Takes out what says that tracking was lost by being the identity.
     pub(super) fn lose_identities(&mut self) -> Result<(), Error> {
         let named = self.options.lost.contains(&LostKind::Identity);
-        if !named && !self.options.lost.is_empty() {
+        if !named && (self.chained || !self.options.lost.is_empty()) {
             return Ok(());
         }
         let identity: Vec<bool> = self

@@ -30,6 +30,8 @@ pub(crate) struct Collector<'a> {
     options: &'a LoadOptions,
     /// What was repaired so far.
     pub report: LoadReport,
+    /// Whether poses are chained from relative ones: the first is the identity, and another one says nothing.
+    pub chained: bool,
     stamps: Vec<i64>,
     poses: Vec<Pose>,
     rows: Vec<u64>,
@@ -51,6 +53,7 @@ impl<'a> Collector<'a> {
             path,
             options,
             report: LoadReport::default(),
+            chained: false,
             stamps: Vec::new(),
             poses: Vec::new(),
             rows: Vec::new(),
