@@ -7,27 +7,11 @@ use dose3_model::{Input, NoiseModel, Parameters, UNetConfig};
 #[path = "../../engine/tests/support/mod.rs"]
 mod support;
 
-use support::{Batch, engine, parameters};
+use support::{Batch, engine, error_above, parameters, relative_error};
 
 fn both(parameters: &Parameters) -> (Engine, BurnModel) {
     let burn = BurnModel::new(parameters, Backend::Flex).expect("flex");
     (engine(parameters), burn)
-}
-
-/// The largest difference relative to the largest magnitude, which counts as at least `floor`.
-fn error(found: &[f32], expected: &[f32], floor: f32) -> f32 {
-    let scale = expected
-        .iter()
-        .fold(floor, |max, value| max.max(value.abs()));
-    let differences = found
-        .iter()
-        .zip(expected)
-        .map(|(a, b)| (a - b).abs() / scale);
-    // Not `max`, which would drop a NaN.
-    differences.fold(
-        0.0,
-        |worst, error| if error <= worst { worst } else { error },
-    )
 }
 
 fn compare(config: &UNetConfig, batch: usize, length: usize) {
@@ -39,7 +23,7 @@ fn compare(config: &UNetConfig, batch: usize, length: usize) {
         config.width, batch.batch
     );
 
-    let output = error(&batch.output(&mut engine), &batch.output(&mut burn), 0.0);
+    let output = relative_error(&batch.output(&mut engine), &batch.output(&mut burn));
     assert!(output < 1e-5, "{what}: output {output:e}");
 
     let (found, expected) = (batch.gradient(&mut engine), batch.gradient(&mut burn));
@@ -50,7 +34,7 @@ fn compare(config: &UNetConfig, batch: usize, length: usize) {
         // Some gradients are zero but for rounding, such as that of a bias before a
         // normalisation of single channels: no tensor is measured in less than this.
         let floor = 1e-3 * largest;
-        let error = error(&found[spec.range()], &expected[spec.range()], floor);
+        let error = error_above(&found[spec.range()], &expected[spec.range()], floor);
         assert!(error < 1e-4, "{what}: gradient of {}: {error:e}", spec.name);
     }
 }
@@ -107,7 +91,7 @@ fn a_short_training_run_ends_at_the_same_loss_and_output() {
     );
     engine.set_parameters(&ours).expect("finite");
     burn.set_parameters(&theirs).expect("finite");
-    let error = error(&batch.output(&mut engine), &batch.output(&mut burn), 0.0);
+    let error = relative_error(&batch.output(&mut engine), &batch.output(&mut burn));
     assert!(error < 1e-2, "{error:e}");
 }
 

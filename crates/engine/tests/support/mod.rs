@@ -107,10 +107,15 @@ pub fn every_instruction_set(parameters: &Parameters) -> Vec<Engine> {
 
 /// The largest difference, relative to the largest expected magnitude.
 pub fn relative_error(found: &[f32], expected: &[f32]) -> f32 {
+    error_above(found, expected, f32::MIN_POSITIVE)
+}
+
+/// The same where that magnitude counts as at least `floor`.
+pub fn error_above(found: &[f32], expected: &[f32], floor: f32) -> f32 {
     assert_eq!(found.len(), expected.len());
     let scale = expected
         .iter()
-        .fold(f32::MIN_POSITIVE, |max, value| max.max(value.abs()));
+        .fold(floor, |max, value| max.max(value.abs()));
     let differences = found
         .iter()
         .zip(expected)
