@@ -210,8 +210,11 @@ fn outputs_are_as_the_schemas_say() {
         valid(&json(line), &of_line, &["path"]);
     }
 
-    let listed = json(&run(&["inspect", "--json", &trusted]));
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../dose3/weights/motion.dose3");
+    let listed = json(&run(&["inspect", "--json", &trusted, &detector, model]));
     valid(&listed, &schema("inspect.json"), &[]);
+    assert!(listed[0]["detector"]["ranges"][0]["quantity"].is_string());
+    assert_eq!(listed[1]["model"]["pair"]["representation"], "motion");
     assert!(
         check(
             &Value::Array(vec![Value::Null]),

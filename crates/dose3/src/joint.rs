@@ -22,6 +22,7 @@ pub(crate) const PREFIX: &str = "joint.";
 
 /// Logs of one kind that a joint network was trained on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct JointSetRecord {
     /// Name of the set.

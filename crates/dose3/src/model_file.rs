@@ -1,6 +1,10 @@
 //! Model files: one safetensors file with the weights of both networks and, in its metadata,
 //! everything that is needed to use them.
 
+pub(crate) mod summary;
+
+pub use summary::{JointSummary, ModelSummary, PairSummary};
+
 use crate::atomic;
 use crate::built_in;
 use crate::error::{Error, Result};

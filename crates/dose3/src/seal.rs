@@ -40,8 +40,14 @@ pub fn check(
 ) -> Result<()> {
     let said = metadata.remove(KEY);
     let marked = metadata.remove(MARK).is_some();
-    if said.is_none() && !marked && !required {
-        return Ok(());
+    if said.is_none() && !marked {
+        return match required {
+            false => Ok(()),
+            true => Err(Error::unsound(
+                what,
+                "it does not say the digest of its content: it was altered, or an early build wrote it; make it again",
+            )),
+        };
     }
     let altered = || {
         Error::unsound(
@@ -58,6 +64,11 @@ pub fn check(
         return Err(altered());
     }
     Ok(())
+}
+
+/// Whether a file says its own digest.
+pub fn is_sealed(bytes: &[u8]) -> bool {
+    place(bytes).is_some()
 }
 
 /// Where the digits stand: in the header of the safetensors file, JSON without blanks. In strings of the metadata the

@@ -10,8 +10,8 @@ use std::path::PathBuf;
     dose3 inspect recording.mcap --topic /odom\n  \
     dose3 inspect recording.bag --tf map:base_link --json")]
 pub struct Inspect {
-    /// Files or folders with logs, or detectors
-    #[arg(required = true, value_name = "LOG|DETECTOR")]
+    /// Files or folders with logs; detectors; models
+    #[arg(required = true, value_name = "LOG|DETECTOR|MODEL")]
     pub logs: Vec<PathBuf>,
     /// One JSON document instead of text
     #[arg(long)]

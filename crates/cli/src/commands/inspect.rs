@@ -8,10 +8,10 @@ use anyhow::Result;
 use dose3::Detector;
 use dose3::detector::DetectorSummary;
 use dose3::logs::find_each;
+use dose3::model_file::ModelSummary;
 use dose3_datasets::{Contents, LostSpan, RateSource, Remark, Trajectory, contents, stretches};
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 /// What `inspect --json` prints for one log.
 #[derive(Serialize)]
@@ -53,13 +53,21 @@ struct Fitted {
     detector: DetectorSummary,
 }
 
+/// What `inspect --json` prints for a model.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+struct Trained {
+    path: String,
+    model: ModelSummary,
+}
+
 /// One path of `inspect`.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 enum Entry {
-    #[cfg_attr(feature = "schema", schemars(skip))]
     Detector(Box<Fitted>),
+    Model(Box<Trained>),
     Recording(Recording),
     Log(Report),
 }
@@ -73,17 +81,21 @@ pub fn schema() -> schemars::Schema {
 pub fn run(args: &Inspect) -> Result<u8> {
     let options = read_options(&args.reading);
     let (mut entries, mut failed) = (Vec::new(), false);
-    let (detectors, logs): (Vec<PathBuf>, Vec<PathBuf>) = args
-        .logs
-        .iter()
-        .cloned()
-        .partition(|path| Detector::is_file(path));
-    for path in detectors {
-        match Detector::load(&path).and_then(|detector| detector.summary()) {
-            Ok(detector) => entries.push(Entry::Detector(Box::new(Fitted {
-                path: path.display().to_string(),
-                detector,
-            }))),
+    let mut logs = Vec::new();
+    for file in &args.logs {
+        let path = file.display().to_string();
+        let entry = if Detector::is_file(file) {
+            Detector::load(file)
+                .and_then(|detector| detector.summary())
+                .map(|detector| Entry::Detector(Box::new(Fitted { path, detector })))
+        } else if ModelSummary::is_model(file) {
+            ModelSummary::read(file).map(|model| Entry::Model(Box::new(Trained { path, model })))
+        } else {
+            logs.push(file.clone());
+            continue;
+        };
+        match entry {
+            Ok(entry) => entries.push(entry),
             Err(error) => {
                 say(&format!("error: {}", explain(&error.into())));
                 failed = true;
@@ -121,6 +133,7 @@ pub fn run(args: &Inspect) -> Result<u8> {
     } else {
         let texts = entries.iter().map(|entry| match entry {
             Entry::Detector(fitted) => format!("{}\n{}", fitted.path, fitted.detector),
+            Entry::Model(trained) => format!("{}\n{}", trained.path, trained.model),
             Entry::Recording(recording) => listing_text(recording),
             Entry::Log(report) => text(report),
         });

@@ -3,8 +3,10 @@
 use super::{CALIBRATION_SHARE, Detector, TIMING_SHARE};
 use crate::error::Result;
 use crate::model_file::LogRecord;
+use crate::model_file::summary::{count, names};
 use crate::series::Quantity;
 use dose3_datasets::{Frame, Kind, hex};
+use dose3_ood::statistics::Statistic;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
@@ -158,27 +160,14 @@ impl Detector {
     fn sees(&self) -> Vec<String> {
         let header = self.header();
         let names = header.statistics.config().statistics.to_string();
-        let asks: [(&str, &str); 5] = [
-            ("kinematic", "how fast and how rough each axis moves"),
-            (
-                "differences",
-                "jumps and noise of each axis, whatever few jumps sound logs have themselves",
-            ),
-            ("lin", "whether each axis moves as the others say"),
-            ("cc", "whether the axes move together, and at the same time"),
-            (
-                "residual",
-                "motion that the diffusion network cannot predict",
-            ),
-        ];
-        let of = |part: &str| {
+        let of = |statistic: &Statistic| {
             let mut parts = names.split([',', '/', '+']);
-            parts.any(|p| p == part)
+            parts.any(|part| part == statistic.name())
         };
-        let mut sees: Vec<String> = asks
+        let mut sees: Vec<String> = Statistic::ALL
             .into_iter()
-            .filter(|(part, _)| of(part))
-            .map(|(part, ask)| format!("{ask} ({part})"))
+            .filter(of)
+            .map(|statistic| format!("{} ({statistic})", statistic.asks()))
             .collect();
         if let Some(timing) = &header.whole.timing {
             sees.push(format!(
@@ -234,17 +223,12 @@ impl fmt::Display for DetectorSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let poses: usize = self.trusted.iter().map(|log| log.poses).sum();
         let groups: BTreeSet<&str> = self.trusted.iter().map(|log| log.group.as_str()).collect();
-        let names: Vec<&str> = self.trusted.iter().map(|log| log.name.as_str()).collect();
-        let more = match names.len().saturating_sub(NAMES) {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        let names = names[..names.len().min(NAMES)].join(", ");
         writeln!(
             f,
-            "  trusts      {} in {}, {poses} poses: {names}{more}",
+            "  trusts      {} in {}, {poses} poses: {}",
             count(self.trusted.len(), "log"),
-            count(groups.len(), "group")
+            count(groups.len(), "group"),
+            names(&self.trusted)
         )?;
         for odd in &self.odd {
             let kept = match odd.left_out {
@@ -321,15 +305,5 @@ impl fmt::Display for DetectorSummary {
             "  sha-256     {}, fitted by dose3 {}",
             self.sha256, self.version
         )
-    }
-}
-
-/// Names of logs that are listed.
-const NAMES: usize = 8;
-
-fn count(n: usize, what: &str) -> String {
-    match n {
-        1 => format!("1 {what}"),
-        n => format!("{n} {what}s"),
     }
 }

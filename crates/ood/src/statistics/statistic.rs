@@ -113,6 +113,43 @@ impl Statistic {
         }
     }
 
+    /// What it asks of a window, in words for people who judge logs.
+    #[must_use]
+    pub fn asks(self) -> &'static str {
+        match self {
+            Statistic::Paper24 | Statistic::Paper12 | Statistic::R3 | Statistic::Diffpath6 => {
+                "how large the diffusion network's estimates are, and how they change along the process"
+            }
+            Statistic::Diffpath1 => {
+                "how far the diffusion network's estimate travels along the process"
+            }
+            Statistic::Residual => "motion that the diffusion network cannot predict",
+            Statistic::ResidualQuantiles => {
+                "single poses that the diffusion network cannot predict"
+            }
+            Statistic::EpsMean => "which way the diffusion network would move each axis",
+            Statistic::Change => {
+                "how the diffusion network's estimate of each axis changes between steps of the process"
+            }
+            Statistic::Moments24 => "mean and spread of what the network is shown",
+            Statistic::Kinematic => "how fast and how rough each axis moves",
+            Statistic::Differences => {
+                "jumps and noise of each axis, whatever few jumps sound logs have themselves"
+            }
+            Statistic::Lin => "whether each axis moves as the others say",
+            Statistic::Cc => "whether the axes move together, and at the same time",
+            Statistic::Joint => "motion that the joint network cannot predict",
+            Statistic::JointGiven => {
+                "motion of an axis that the joint network cannot predict from the others"
+            }
+            Statistic::JointQuantiles => "single poses that the joint network cannot predict",
+            Statistic::JointElbo => "how unlikely each axis's motion is to the joint network",
+            Statistic::JointScore => {
+                "axes that are mixed or late, as the joint network knows motion"
+            }
+        }
+    }
+
     pub(super) fn source(self) -> Source {
         match self {
             Statistic::Moments24 => Source::Poses,
