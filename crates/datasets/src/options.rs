@@ -51,7 +51,8 @@ impl LoadOptions {
             Err(Error::Parameter {
                 what,
                 expected,
-                found: value.to_string(),
+                // A number of hundreds of digits is not to be read.
+                found: format!("{value:?}"),
             })
         };
         if !(0.0..=0.5).contains(&self.rotation_tolerance) {

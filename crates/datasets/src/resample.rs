@@ -69,7 +69,7 @@ pub(crate) fn resample_at(
     phase: f64,
 ) -> Result<Trajectory, Error> {
     if !(hertz > 0.0 && hertz <= 1e6) {
-        let found = hertz.to_string();
+        let found = format!("{hertz:?}");
         return Err(Error::Parameter {
             what: "rate in hertz",
             expected: "above 0 and at most 1e6",

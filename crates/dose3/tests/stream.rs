@@ -398,6 +398,11 @@ fn slow_poses_and_strange_frames_are_refused_in_words() {
         ..default
     });
     assert!(gap.contains("pause"), "{gap}");
+    let rate = refused(StreamOptions {
+        rate_hz: Some(1e300),
+        ..default
+    });
+    assert!(rate.contains("1e300") && rate.contains("1e6 Hz"), "{rate}");
 }
 
 #[test]

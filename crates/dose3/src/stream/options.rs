@@ -1,6 +1,7 @@
 //! How a stream is judged.
 
 use crate::error::{Error, Result, Setting};
+use crate::model_file::FASTEST;
 use serde::{Deserialize, Serialize};
 
 /// Longest pause that may be taken for motion, seconds.
@@ -15,7 +16,7 @@ pub struct StreamOptions {
     /// Poses at the detector's rate from one window to the next; it divides the detector's stride, so that the windows of a
     /// verdict are among those of the stream. A quarter of the stride where `None`.
     pub every: Option<usize>,
-    /// Poses a second that will come; measured from the first ones where `None`.
+    /// Poses a second that will come, at most 1e6; measured from the first ones where `None`.
     pub rate_hz: Option<f64>,
     /// Seconds without a pose that end a stretch. At most 3600; ten times the usual step, at least half a second, where `None`.
     pub max_gap_s: Option<f64>,
@@ -49,6 +50,10 @@ impl StreamOptions {
             _ => Ok(()),
         };
         above(Setting::Rate, self.rate_hz)?;
+        if let Some(rate) = self.rate_hz.filter(|rate| *rate > FASTEST) {
+            let found = format!("{rate:?}");
+            return Err(Error::setting(Setting::Rate, found, "at most 1e6 Hz"));
+        }
         above(Setting::Gap, self.max_gap_s)?;
         if let Some(gap) = self.max_gap_s.filter(|gap| *gap > LONGEST_GAP) {
             let expected = format!("at most {LONGEST_GAP} s: what lies between is interpolated");
