@@ -85,6 +85,11 @@ pub(crate) fn detect_bytes(
         if let Some(format) = read::detect_graph(text.as_str()) {
             return Ok(format);
         }
+    }
+    if read::detect_json(text.as_str()) {
+        return Ok(Format::Json);
+    }
+    if options.columns.is_none() && options.log_column.is_none() {
         if is_robotcar(text.as_str()) {
             return Ok(Format::RobotCar);
         }

@@ -35,6 +35,8 @@ pub enum Format {
     Colmap,
     /// NeRF `transforms.json`: a list of camera-to-world matrices.
     Transforms,
+    /// JSON with a list of poses, or an object a line.
+    Json,
     /// Open3D `.log`: three numbers, then a 4x4 matrix.
     Open3d,
     /// An MCAP recording of ROS 1 or ROS 2.
@@ -53,7 +55,7 @@ pub enum Format {
 
 impl Format {
     /// The formats that can be read.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Kitti,
         Self::RobotCar,
         Self::Iros20,
@@ -67,6 +69,7 @@ impl Format {
         Self::Colmap,
         Self::Transforms,
         Self::Open3d,
+        Self::Json,
         Self::Mcap,
         Self::Bag,
         Self::Rosbag2,
@@ -89,6 +92,7 @@ impl Format {
             Self::Colmap => "colmap",
             Self::Transforms => "transforms",
             Self::Open3d => "open3d",
+            Self::Json => "json",
             Self::Mcap => "mcap",
             Self::Bag => "bag",
             Self::Rosbag2 => "rosbag2",

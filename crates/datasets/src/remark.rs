@@ -34,6 +34,8 @@ pub enum RemarkKind {
     QuaternionOrder,
     /// Unit or convention of angles.
     Angles,
+    /// The unit of positions was taken from the header.
+    LengthUnit,
     /// Which columns, which topic or which part of the file was taken.
     Columns,
     /// Rows of a table with several logs were not in the order of their stamps, and were sorted.

@@ -34,6 +34,8 @@ pub struct LoadReport {
     pub chain_breaks: usize,
     /// Steps between stamps longer than the largest allowed one; a new stretch starts after each.
     pub gaps: usize,
+    /// Metres in the unit that the header names for positions, which were multiplied by it; `None` where it names none or metres.
+    pub length_unit: Option<f64>,
     /// The rate in hertz before resampling, where the log was resampled.
     pub resampled_from: Option<f64>,
     /// Rows without a pose, where tracking was lost; a new stretch starts after each span.

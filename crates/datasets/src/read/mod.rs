@@ -3,9 +3,11 @@
 mod arrays;
 mod collect;
 pub(crate) mod columns;
+mod dates;
 mod graphs;
 mod guess;
 mod iros20;
+mod json;
 mod kitti;
 mod layout;
 mod npy;
@@ -32,6 +34,7 @@ pub(crate) use collect::Collector;
 pub(crate) use collect::euler_rotation;
 pub(crate) use graphs::detect as detect_graph;
 pub(crate) use iros20::{frame_files, read_folder};
+pub(crate) use json::detect as detect_json;
 pub(crate) use layout::{Layout, unknown};
 pub(crate) use npy::write_4x4;
 pub(crate) use table::LARGEST_COORDINATE;
@@ -81,6 +84,7 @@ fn read(
         Format::Colmap => graphs::read_colmap(path, bytes, options),
         Format::Transforms => graphs::read_transforms(path, bytes, options),
         Format::Open3d => graphs::read_open3d(path, bytes, options),
+        Format::Json => json::read(path, bytes, options),
         Format::Kitti | Format::Tum | Format::Euroc | Format::Csv | Format::Matrix => {
             let times = match format {
                 Format::Kitti => kitti::times_path(path, options),

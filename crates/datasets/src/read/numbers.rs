@@ -1,7 +1,7 @@
 //! Decimal stamps read exactly, without a detour through floating point.
 
 /// Largest stamp in nanoseconds, about the year 2096: differences of two stamps then never overflow.
-const LARGEST_STAMP: i128 = 4_000_000_000_000_000_000;
+pub(super) const LARGEST_STAMP: i128 = 4_000_000_000_000_000_000;
 
 /// Why a text is not a stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::dates;
 use super::numbers::{StampFault, decimal, float};
 use super::text::Line;
 use crate::error::Place;
@@ -211,6 +212,9 @@ impl<'r, 'a> Row<'r, 'a> {
         match decimal(field, unit.shift()) {
             Ok(stamp) => Ok(stamp),
             Err(StampFault::NotANumber) => {
+                if let Some(stamp) = dates::nanoseconds(field) {
+                    return Ok(stamp);
+                }
                 fault("is this the right file and format? Another format can be chosen")
             }
             Err(StampFault::OutOfRange) => fault(

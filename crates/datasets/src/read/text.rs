@@ -68,6 +68,10 @@ impl<'a> Text<'a> {
         if let Some(rewritten) = rewrite_numbers(&content, report) {
             content = Cow::Owned(rewritten);
         }
+        if let Some(separator) = trailing_separator(&content) {
+            let lines = content.split_inclusive('\n');
+            content = Cow::Owned(lines.map(|line| without_last(line, separator)).collect());
+        }
         let text = Self { content };
         if may_hold_blank_lines(text.content.as_bytes()) {
             let mut blank = 0;
@@ -120,6 +124,40 @@ fn may_hold_blank_lines(bytes: &[u8]) -> bool {
         found | ((*end == b'\n') & odd(*next))
     });
     found || bytes.first().is_some_and(|first| odd(*first))
+}
+
+/// Lines looked at to see whether they end in a separator.
+const LINES_FOR_ENDS: usize = 40;
+
+/// The separator that stands behind the last field of every line of data, as VINS writes it; `None` where a header has a name
+/// for what stands behind it.
+fn trailing_separator(text: &str) -> Option<char> {
+    let content = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let is_data =
+        |line: &str| line.starts_with(|c: char| c.is_ascii_digit() || "+-.\"".contains(c));
+    let first = content.clone().find(|line| is_data(line))?;
+    let separator = first.chars().last().filter(|last| ",;".contains(*last))?;
+    let data = content.clone().filter(|line| is_data(line));
+    let (mut lines, mut all) = (0, true);
+    for line in data.take(LINES_FOR_ENDS) {
+        lines += 1;
+        let rest = line.strip_suffix(separator);
+        all &= rest.is_some_and(|rest| !rest.trim_end().ends_with(separator));
+    }
+    let fields = first.matches(separator).count() + 1;
+    let header = content.take_while(|line| !is_data(line)).last();
+    let named = header.is_some_and(|header| {
+        header.matches(separator).count() + 1 == fields && !header.ends_with(separator)
+    });
+    (all && lines > 1 && !named).then_some(separator)
+}
+
+/// A line, with its end, without a separator as its last character.
+fn without_last(line: &str, separator: char) -> String {
+    let content = line.trim_end();
+    let end = &line[content.len()..];
+    let kept = content.strip_suffix(separator).unwrap_or(content);
+    format!("{kept}{end}")
 }
 
 /// The text with decimal commas or Fortran exponents written as usual; `None` where there are none.

@@ -2,6 +2,8 @@
 //! assumed is said.
 
 mod formats;
+mod json;
+mod tools;
 mod values;
 
 use std::fmt::Write as _;

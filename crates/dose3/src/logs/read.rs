@@ -113,9 +113,9 @@ impl ReadOptions {
 pub fn apply(t: &mut Trajectory, options: &ReadOptions) -> Result<()> {
     apply_frame(t, options);
     if options.unit != 1.0 {
-        t.poses
-            .iter_mut()
-            .for_each(|p| p.translation *= options.unit);
+        // Who says the unit knows better than the header, which was obeyed.
+        let factor = options.unit / t.report.length_unit.unwrap_or(1.0);
+        t.poses.iter_mut().for_each(|p| p.translation *= factor);
     }
     if let Some(hertz) = options.nominal_rate {
         let counts = |remark: &Remark| remark.kind == RemarkKind::StampsAreAnIndex;

@@ -2,11 +2,12 @@
 
 mod named;
 mod numbers;
+mod topics;
 
 use std::path::Path;
 
 use super::columns::{Name, by_header};
-use super::table::{Separator, is_no_value, shorten};
+use super::table::{Row, Separator, is_no_value, shorten};
 use super::text::{Line, Text};
 use crate::error::Place;
 use crate::{Error, Format, LoadOptions, ReadOption, Remark, StampUnit};
@@ -63,6 +64,10 @@ pub(crate) struct Layout {
     pub position: [usize; 3],
     pub rotation: Rotation,
     pub order: Order,
+    /// Metres in one unit of the position.
+    pub metres: f64,
+    /// Rows without any number of the pose belong to something else that the table holds.
+    pub shared: bool,
     /// Columns of the last row of a 4x4 matrix.
     pub last_row: Option<[usize; 4]>,
     /// Names of columns, where there is a header.
@@ -123,7 +128,7 @@ fn is_words(line: &str) -> bool {
     let numbers = fields.iter().filter(|field| field.parse::<f64>().is_ok());
     let words = fields.iter().filter(|field| {
         field
-            .trim_start_matches(['"', '_'])
+            .trim_start_matches(['"', '_', '/'])
             .starts_with(|c: char| c.is_ascii_alphabetic())
     });
     numbers.count() == 0 && words.count() >= 2 && fields.iter().any(|field| !is_no_value(field))
@@ -231,9 +236,13 @@ impl Layout {
             return Ok(layout);
         }
         if let Some((line, names)) = &header {
-            let roles = by_header(names);
+            let (roles, shared) = match topics::of_header(path, *line, names, &options.topics)? {
+                Some(roles) => (roles, true),
+                None => (by_header(names), false),
+            };
             return match Self::from_roles(&roles, names, separator, width) {
                 Ok(mut layout) => {
+                    layout.shared = shared;
                     layout.header_line = Some(line.number);
                     layout.name_columns(names);
                     Ok(layout)
@@ -269,6 +278,21 @@ impl Layout {
         Self::by_numbers(path, &head, separator)
     }
 
+    /// Whether a row has nothing in any column of the pose.
+    pub fn has_no_pose(&self, row: &Row<'_, '_>) -> bool {
+        let rotation: &[usize] = match &self.rotation {
+            Rotation::Quaternion(columns) => columns,
+            Rotation::Matrix(columns) => columns,
+            Rotation::Angles(columns, _) | Rotation::Vector(columns) => columns,
+        };
+        let mut columns = self.position.iter().chain(rotation);
+        columns.all(|column| {
+            row.fields()
+                .get(*column)
+                .is_some_and(|field| field.is_empty())
+        })
+    }
+
     /// The layout of a format that the user named.
     pub fn of_format(format: Format, separator: Separator) -> Self {
         let mut layout = Self {
@@ -280,6 +304,8 @@ impl Layout {
             position: [1, 2, 3],
             rotation: Rotation::Quaternion([7, 4, 5, 6]),
             order: Order::Habit,
+            metres: 1.0,
+            shared: false,
             last_row: None,
             names: Vec::new(),
             header_line: None,
@@ -323,6 +349,12 @@ fn not_understood(path: &Path, line: Line<'_>, names: &[Name], missing: &str) ->
         .any(|name| name.plain.starts_with("w_rs") || name.plain.starts_with("a_rs"))
     {
         "EuRoC poses are in state_groundtruth_estimate0/data.csv; sensor files have no orientation"
+    } else if ["lat", "latitude"].iter().any(|word| has(word)) {
+        "latitude and longitude are no metres: convert them first (UTM, or east, north, up about a point)"
+    } else if ["rx", "ry", "rz"].iter().all(|word| has(word)) {
+        "rx, ry, rz may be a rotation vector or angles: name them rx,ry,rz (a vector in radians) or roll,pitch,yaw"
+    } else if ["x", "y", "z", "a", "b", "c"].iter().all(|word| has(word)) {
+        "A, B, C of KUKA are yaw, pitch and roll in degrees: name them so, as in x=X,y=Y,z=Z,yaw=A,pitch=B,roll=C"
     } else {
         "these column names were not understood; say which columns hold the pose"
     };

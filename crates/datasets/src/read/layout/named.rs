@@ -1,7 +1,7 @@
 //! Layouts from the names of columns.
 
 use super::{Layout, Order, Rotation, Stamp};
-use crate::read::columns::{Name, Role, stamp_unit};
+use crate::read::columns::{Name, Role, length_unit, stamp_unit};
 use crate::read::table::Separator;
 use crate::{Format, ReadOption, Remark, RemarkKind, StampUnit};
 
@@ -28,10 +28,16 @@ impl Layout {
         let Some(position) = all(Role::Position, 3) else {
             return Err("no columns for the position x, y, z".to_owned());
         };
-        let (quaternion, matrix, angles) = (
+        let metres = |column: &usize| unit(*column).and_then(length_unit).unwrap_or(1.0);
+        let lengths: Vec<f64> = position.iter().map(metres).collect();
+        if lengths.iter().any(|length| *length != lengths[0]) {
+            return Err("positions in several units".to_owned());
+        }
+        let (quaternion, matrix, angles, vector) = (
             all(Role::Quaternion, 4),
             all(Role::Matrix, 9),
             all(Role::Angle, 3),
+            all(Role::Vector, 3),
         );
         let rotation = if let Some(columns) = quaternion {
             Rotation::Quaternion([columns[0], columns[1], columns[2], columns[3]])
@@ -48,6 +54,8 @@ impl Layout {
                 }
             });
             Rotation::Angles([columns[0], columns[1], columns[2]], degrees)
+        } else if let Some(columns) = vector {
+            Rotation::Vector([columns[0], columns[1], columns[2]])
         } else {
             return Err(
                 "positions without a rotation (a quaternion, roll, pitch and yaw, or a matrix)"
@@ -104,6 +112,8 @@ impl Layout {
             position: [position[0], position[1], position[2]],
             rotation,
             order: Order::Header,
+            metres: lengths[0],
+            shared: false,
             last_row: None,
             names: names.iter().map(|name| name.text.clone()).collect(),
             header_line: None,
@@ -132,6 +142,17 @@ impl Layout {
             );
             self.remarks
                 .push(Remark::new(RemarkKind::Angles, text).option(ReadOption::Columns));
+        }
+        if self.metres != 1.0 {
+            let unit = names
+                .get(self.position[0])
+                .and_then(|name| name.unit.as_deref());
+            let text = format!(
+                "positions are in {}, as the header says: read as metres",
+                unit.unwrap_or("?")
+            );
+            self.remarks
+                .push(Remark::new(RemarkKind::LengthUnit, text).option(ReadOption::Unit));
         }
         if self.format != Format::Csv {
             return;

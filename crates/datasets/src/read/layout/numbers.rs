@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::{Head, Layout, Order, Rotation, Stamp, unknown};
+use crate::read::dates;
 use crate::read::table::{Separator, is_no_value};
 use crate::read::text::Line;
 use crate::{Error, Format, ReadOption, Remark, RemarkKind, StampUnit};
@@ -31,6 +32,8 @@ impl Layout {
             position: [0; 3],
             rotation: Rotation::Quaternion([0; 4]),
             order: Order::Habit,
+            metres: 1.0,
+            shared: false,
             last_row: None,
             names: Vec::new(),
             header_line: None,
@@ -212,6 +215,12 @@ struct Sample {
     rows: Vec<Vec<f64>>,
 }
 
+/// A number, or the seconds of a date.
+fn value(field: &str) -> Option<f64> {
+    let date = || Some(dates::nanoseconds(field)? as f64 * 1e-9);
+    field.parse().ok().or_else(date)
+}
+
 impl Sample {
     fn new(lines: &[Line<'_>], separator: Separator) -> Self {
         let mut fields = Vec::new();
@@ -234,16 +243,13 @@ impl Sample {
             if fields.len() != common {
                 continue;
             }
-            let values: Vec<f64> = fields
-                .iter()
-                .filter_map(|field| field.parse().ok())
-                .collect();
+            let values: Vec<f64> = fields.iter().filter_map(|field| value(field)).collect();
             if first.is_empty() {
                 width = fields.len();
                 numbers = fields
                     .iter()
                     .filter(|field| {
-                        field.parse::<f64>().is_ok() || !field.is_empty() && is_no_value(field)
+                        value(field).is_some() || !field.is_empty() && is_no_value(field)
                     })
                     .count();
                 first = fields.iter().map(ToString::to_string).collect();

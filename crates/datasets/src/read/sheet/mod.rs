@@ -41,6 +41,7 @@ pub(crate) fn read(
     let first: Vec<Line<'_>> = data_lines(&text, &layout).take(SAMPLE).collect();
     let sample = Sample::new(path, &first, &layout);
     let clock = settle(&mut layout, &sample, options, &mut collector);
+    collector.report.length_unit = (layout.metres != 1.0).then_some(layout.metres);
     let before = layout.header_line.unwrap_or(0);
     let rows = Rows::Text(text.behind(before), before);
     read_rows(path, rows, &first, &layout, clock, collector)
@@ -90,7 +91,7 @@ pub(super) fn named_layout(
 fn suits(format: Format, layout: &Layout) -> bool {
     let headed = layout.order != Order::Habit;
     format == layout.format
-        || matches!(format, Format::Csv | Format::Npy)
+        || matches!(format, Format::Csv | Format::Npy | Format::Json)
         || matches!((format, layout.format), (Format::Matrix, Format::Kitti))
         || headed && matches!(format, Format::Tum | Format::Euroc)
 }

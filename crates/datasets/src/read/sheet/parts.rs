@@ -174,6 +174,9 @@ impl Reader<'_> {
             collector.report.truncated_tail += 1;
             return Ok(());
         }
+        if self.layout.shared && self.layout.has_no_pose(&row) {
+            return Ok(());
+        }
         let (time, found) = parse_row(self.path, &row, self.layout, self.clock, collector)?;
         let number = line.number as u64;
         match (found, time) {

@@ -58,7 +58,7 @@ pub(super) fn plain_row(
     };
     let mut translation = [0.0; 3];
     for (column, value) in layout.position.into_iter().zip(&mut translation) {
-        *value = numbers.get(column)?;
+        *value = numbers.get(column)? * layout.metres;
         if value.abs() > LARGEST_COORDINATE {
             return None;
         }
@@ -198,8 +198,8 @@ fn read_pose(
         let column = layout.position[axis];
         match number(row, column) {
             Some(found) => {
-                check_coordinate(path, row.place(), found)?;
-                *value = found;
+                *value = found * layout.metres;
+                check_coordinate(path, row.place(), *value)?;
             }
             None => match no_value(row, column, &names.position(axis)) {
                 Some(fault) => return Err(fault),

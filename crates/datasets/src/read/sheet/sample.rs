@@ -5,6 +5,7 @@ use std::path::Path;
 use dose3_lie::Vector;
 
 use super::rows::number;
+use crate::read::dates;
 use crate::read::layout::{Layout, Rotation, Stamp};
 use crate::read::table::{Row, after_point};
 use crate::read::text::Line;
@@ -19,6 +20,8 @@ pub(crate) struct Sample {
     pub stamps: Vec<f64>,
     /// Whether all stamps are whole numbers.
     pub whole: bool,
+    /// Whether there are stamps that are dates.
+    pub dates: bool,
     pub positions: Vec<Vector>,
     /// The numbers of the rotation, in the order of its columns.
     pub rotations: Vec<[f64; 4]>,
@@ -30,6 +33,7 @@ impl Sample {
         let mut sample = Self {
             stamps: Vec::new(),
             whole: true,
+            dates: false,
             positions: Vec::new(),
             rotations: Vec::new(),
         };
@@ -43,11 +47,14 @@ impl Sample {
             layout.separator.split(line.text, &mut fields);
             let row = Row::new(path, line, &fields);
             let number = |column: usize| number(&row, column);
-            if let Stamp::Column(column, _) = layout.stamp
-                && let Some(value) = number(column)
-            {
-                sample.whole &= value.fract() == 0.0;
-                sample.stamps.push(value);
+            if let Stamp::Column(column, _) = layout.stamp {
+                if let Some(value) = number(column) {
+                    sample.whole &= value.fract() == 0.0;
+                    sample.stamps.push(value);
+                } else {
+                    let field = row.fields().get(column);
+                    sample.dates |= field.is_some_and(|field| dates::nanoseconds(field).is_some());
+                }
             }
             let [Some(x), Some(y), Some(z)] = layout.position.map(number) else {
                 continue;

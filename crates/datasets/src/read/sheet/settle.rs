@@ -61,6 +61,12 @@ fn stamp_unit(
             Clock::Rows
         };
     }
+    if sample.dates {
+        let text = "stamps are dates; those without a time zone are taken as UTC";
+        let remark = Remark::new(RemarkKind::StampUnit, text);
+        collector.report.remarks.push(remark);
+        return Clock::Unit(StampUnit::Seconds);
+    }
     if let Some(unit) = options.stamp_unit {
         return Clock::Unit(unit);
     }

@@ -1,151 +1,7 @@
-//! What the columns of a text file hold, by their names.
+//! What the names of a header say.
 
-use std::str::FromStr;
-
-use serde::{Deserialize, Serialize};
-
-use crate::{Error, StampUnit};
-
-/// What one column holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Role {
-    Stamp,
-    Seconds,
-    Nanoseconds,
-    /// Axis 0 to 2.
-    Position(usize),
-    /// w, x, y, z as 0 to 3.
-    Quaternion(usize),
-    /// Roll, pitch, yaw as 0 to 2.
-    Angle(usize),
-    /// Row-major entry of the rotation matrix, 0 to 8.
-    Matrix(usize),
-}
-
-/// Which columns of a text file hold the pose, as a user says it.
-///
-/// One of `t,x,y,z,qw,qx,qy,qz` as roles in the order of the file's columns (`-` skips one); as many column numbers
-/// (from 1) or names in that order of roles (seven without the stamp); or pairs like `t=stamp,x=3,yaw=heading`.
-/// Roles: `t`, `sec`, `nsec`, `x`, `y`, `z`, `qw`, `qx`, `qy`, `qz`, `roll`, `pitch`, `yaw`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Columns {
-    entries: Vec<(String, String)>,
-    written: String,
-}
-
-const ROLES: [(&str, Role); 13] = [
-    ("t", Role::Stamp),
-    ("x", Role::Position(0)),
-    ("y", Role::Position(1)),
-    ("z", Role::Position(2)),
-    ("qw", Role::Quaternion(0)),
-    ("qx", Role::Quaternion(1)),
-    ("qy", Role::Quaternion(2)),
-    ("qz", Role::Quaternion(3)),
-    ("sec", Role::Seconds),
-    ("nsec", Role::Nanoseconds),
-    ("roll", Role::Angle(0)),
-    ("pitch", Role::Angle(1)),
-    ("yaw", Role::Angle(2)),
-];
-
-fn role(word: &str) -> Option<Role> {
-    ROLES
-        .iter()
-        .find(|(name, _)| name.eq_ignore_ascii_case(word))
-        .map(|(_, role)| *role)
-}
-
-impl FromStr for Columns {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self, Error> {
-        let fault = |expected| Error::Parameter {
-            what: "columns",
-            expected,
-            found: text.to_owned(),
-        };
-        let words: Vec<&str> = text.split(',').map(str::trim).collect();
-        if words.iter().any(|word| word.is_empty()) {
-            return Err(fault("names or numbers separated by commas"));
-        }
-        let pair = |role: &str, column: &str| (role.to_owned(), column.to_owned());
-        let entries: Vec<(String, String)> = if words.iter().all(|word| word.contains('=')) {
-            words
-                .iter()
-                .filter_map(|word| word.split_once('='))
-                .map(|(role, column)| pair(role.trim(), column.trim()))
-                .collect()
-        } else if words
-            .iter()
-            .all(|word| *word == "-" || role(word).is_some())
-        {
-            let named = words.iter().enumerate().filter(|(_, word)| **word != "-");
-            // A name that the header has wins over the place in this list.
-            named
-                .map(|(index, word)| pair(word, &format!("{word}|{}", index + 1)))
-                .collect()
-        } else {
-            let roles = match words.len() {
-                8 => &ROLES[..8],
-                7 => &ROLES[1..8],
-                _ => {
-                    return Err(fault(
-                        "7 or 8 names or numbers, or pairs like t=1,x=2,yaw=heading",
-                    ));
-                }
-            };
-            roles
-                .iter()
-                .zip(&words)
-                .map(|((role, _), word)| pair(role, word))
-                .collect()
-        };
-        for (name, column) in &entries {
-            if role(name).is_none() || column == "0" {
-                return Err(fault(
-                    "roles t, sec, nsec, x, y, z, qw, qx, qy, qz, roll, pitch, yaw and columns from 1",
-                ));
-            }
-        }
-        Ok(Self {
-            entries,
-            written: text.to_owned(),
-        })
-    }
-}
-
-impl std::fmt::Display for Columns {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.written)
-    }
-}
-
-impl Columns {
-    /// Roles and column indices from 0, given the names in the header; the name that is missing otherwise.
-    pub(crate) fn resolve(&self, header: &[String]) -> Result<Vec<(Role, usize)>, String> {
-        let by_name = |wanted: &str| {
-            header
-                .iter()
-                .position(|name| name.trim().eq_ignore_ascii_case(wanted))
-        };
-        let mut found = Vec::new();
-        for (name, column) in &self.entries {
-            let choices = column.split('|');
-            let index = choices
-                .clone()
-                .find_map(by_name)
-                .or_else(|| {
-                    choices
-                        .clone()
-                        .find_map(|word| word.parse::<usize>().ok()?.checked_sub(1))
-                })
-                .ok_or_else(|| column.clone())?;
-            found.extend(role(name).map(|role| (role, index)));
-        }
-        Ok(found)
-    }
-}
+use super::Role;
+use crate::StampUnit;
 
 /// One name of a header, taken apart.
 #[derive(Debug, Clone)]
@@ -231,10 +87,11 @@ impl Name {
         unit = unit.filter(|unit| !unit.is_empty());
         if unit.is_none() {
             for suffix in [
-                "_ns", "_us", "_ms", "_deg", "_rad", "_degrees", "_radians", "_s", "_m",
+                "_ns", "_us", "_ms", "_deg", "_rad", "_degrees", "_radians", "_s", "_mm", "_cm",
+                "_m",
             ] {
                 if let Some(rest) = plain.strip_suffix(suffix)
-                    && rest.len() > 1
+                    && (rest.len() > 1 || matches!(rest, "x" | "y" | "z"))
                 {
                     unit = Some(suffix[1..].to_owned());
                     plain = rest.to_owned();
@@ -304,6 +161,16 @@ impl Name {
             ) && let Some(part) = quaternion(axis)
             {
                 return Some((Role::Quaternion(part), 0));
+            }
+            if matches!(
+                base.as_str(),
+                "rotvec" | "rvec" | "rotation vector" | "rot vec" | "axis angle" | "axisangle"
+            ) && let Some(axis) = position(axis)
+            {
+                return Some((Role::Vector(axis), 0));
+            }
+            if let Some(found) = tool_pose(&tokens) {
+                return Some(found);
             }
         }
         if !own.is_empty()
@@ -375,6 +242,33 @@ fn time_role(tokens: &[&str], last: &str) -> Option<(Role, usize)> {
     }
 }
 
+/// Universal Robots: `actual_TCP_pose_0` to 5 are position and rotation vector, as are those of `target_TCP_pose`.
+fn tool_pose(tokens: &[&str]) -> Option<(Role, usize)> {
+    let (rank, number) = match tokens {
+        ["actual", "tcp", "pose", number] => (0, number),
+        ["target", "tcp", "pose", number] => (1, number),
+        _ => return None,
+    };
+    match number.parse() {
+        Ok(axis @ 0..3) => Some((Role::Position(axis), rank)),
+        Ok(axis @ 3..6) => Some((Role::Vector(axis - 3), rank)),
+        _ => None,
+    }
+}
+
+/// Metres in the unit that a header writes behind a coordinate.
+pub(crate) fn length_unit(unit: &str) -> Option<f64> {
+    match unit.trim() {
+        "m" | "meter" | "meters" | "metre" | "metres" => Some(1.0),
+        "cm" | "centimeter" | "centimeters" | "centimetre" | "centimetres" => Some(0.01),
+        "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => Some(0.001),
+        "km" => Some(1000.0),
+        "ft" | "foot" | "feet" => Some(0.3048),
+        "in" | "inch" | "inches" => Some(0.0254),
+        _ => None,
+    }
+}
+
 /// The unit that a header writes behind a stamp.
 pub(crate) fn stamp_unit(unit: &str) -> Option<StampUnit> {
     match unit.trim() {
@@ -406,8 +300,33 @@ pub(crate) fn by_header(names: &[Name]) -> Vec<(Role, usize)> {
             None => best.push((role, rank, column)),
         }
     }
-    best.into_iter()
+    let mut roles: Vec<(Role, usize)> = best
+        .into_iter()
         .map(|(role, _, column)| (role, column))
+        .collect();
+    if !roles
+        .iter()
+        .any(|(role, _)| matches!(role, Role::Quaternion(_)))
+    {
+        roles.extend(unusual_quaternion(names));
+    }
+    roles
+}
+
+/// Four columns that only together are a quaternion: `rx, ry, rz, rw` of Unity, `ox, oy, oz, ow` of ZED.
+fn unusual_quaternion(names: &[Name]) -> Vec<(Role, usize)> {
+    let of = |letter: char| {
+        let column = |axis: char| {
+            let wanted = format!("{letter}{axis}");
+            let is = |name: &Name| name.tokens.last() == Some(&wanted);
+            names.iter().position(is)
+        };
+        let columns: Option<Vec<usize>> = "wxyz".chars().map(column).collect();
+        columns.map(|columns| columns.into_iter().enumerate())
+    };
+    let columns = ['r', 'o'].into_iter().find_map(of).into_iter().flatten();
+    columns
+        .map(|(part, column)| (Role::Quaternion(part), column))
         .collect()
 }
 
@@ -504,42 +423,6 @@ mod tests {
         assert_eq!(
             unit.as_deref().and_then(stamp_unit),
             Some(StampUnit::Microseconds)
-        );
-    }
-
-    #[test]
-    fn users_may_say_columns_in_three_ways() {
-        let wanted = |order: [usize; 4]| [vec![(Role::Stamp, 0)], pose(1, order)].concat();
-        let resolve = |text: &str, header: &[&str]| {
-            let header: Vec<String> = header.iter().map(ToString::to_string).collect();
-            let mut found = text.parse::<Columns>().unwrap().resolve(&header).unwrap();
-            found.sort_by_key(|(_, column)| *column);
-            found
-        };
-        assert_eq!(resolve("t,x,y,z,qx,qy,qz,qw", &[]), wanted([1, 2, 3, 0]));
-        assert_eq!(resolve("1,2,3,4,8,5,6,7", &[]), wanted([1, 2, 3, 0]));
-        assert_eq!(
-            resolve("t=1,x=2,y=3,z=4,qw=5,qx=6,qy=7,qz=8", &[]),
-            wanted([0, 1, 2, 3])
-        );
-        let header = ["t", "x", "y", "z", "qx", "qy", "qz", "qw"];
-        assert_eq!(
-            resolve("t,x,y,z,qw,qx,qy,qz", &header),
-            wanted([1, 2, 3, 0])
-        );
-        assert_eq!(
-            resolve("s,a,b,c,d,e,f,g", &["s", "a", "b", "c", "d", "e", "f", "g"]),
-            wanted([0, 1, 2, 3])
-        );
-        for bad in ["", "t,,x", "a=1", "0,1,2,3,4,5,6,7", "x=0"] {
-            assert!(bad.parse::<Columns>().is_err(), "{bad}");
-        }
-        assert!(
-            "s,a,b,c,d,e,f,g"
-                .parse::<Columns>()
-                .unwrap()
-                .resolve(&[])
-                .is_err()
         );
     }
 }

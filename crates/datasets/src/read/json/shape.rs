@@ -1,0 +1,434 @@
+//! Where the records of a list hold stamp, position and rotation.
+
+use std::fmt::Write as _;
+
+use serde_json::Value;
+
+use super::lists::{List, Record};
+use crate::StampUnit;
+use crate::read::columns::{Name, Role, by_header, stamp_unit};
+use crate::read::dates;
+
+/// Records looked at for one with a pose.
+const SAMPLE: usize = 40;
+/// Deviation from 1 of the square of a quaternion's norm.
+const UNIT_NORM: f64 = 0.04;
+/// Numbers of an array at most, names of a record at most: what is longer is no part of a pose.
+const MOST: usize = 64;
+
+/// Numbers of a record under one name.
+struct Part<'a> {
+    /// Names from the record down, joined by points.
+    name: String,
+    cells: Vec<&'a Value>,
+}
+
+/// One column of the table.
+#[derive(Debug, Clone)]
+struct Column {
+    /// Its name in the header.
+    header: String,
+    name: String,
+    cell: usize,
+}
+
+/// How records become rows.
+#[derive(Debug)]
+pub(super) struct Shape {
+    /// Stamp first, where there is one that is no pair.
+    columns: Vec<Column>,
+    /// Names of seconds and nanoseconds.
+    pair: Option<[String; 2]>,
+    /// The numbers under which the records stand are stamps.
+    keys: bool,
+    header: bool,
+    unit: Option<StampUnit>,
+    /// What was taken, in words.
+    pub words: String,
+}
+
+impl Shape {
+    /// The shape of the first records; their names where they hold no pose. `as_named` where the user says the columns.
+    pub fn of(list: &List<'_>, as_named: bool) -> Result<Self, String> {
+        let mut names = None;
+        for record in list.records.iter().take(SAMPLE) {
+            let parts = parts(record);
+            let found = match as_named {
+                true => Some(Self::all(&parts)),
+                false => Self::find(&parts, list.stamps.is_some()),
+            };
+            if let Some(shape) = found {
+                return Ok(shape);
+            }
+            names.get_or_insert_with(|| {
+                let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
+                names.join(", ")
+            });
+        }
+        Err(names.unwrap_or_default())
+    }
+
+    /// Every number as a column under its own name.
+    fn all(parts: &[Part<'_>]) -> Self {
+        let columns = parts.iter().flat_map(|part| {
+            let single = part.cells.len() == 1;
+            (0..part.cells.len()).map(move |cell| Column {
+                header: match single {
+                    true => part.name.clone(),
+                    false => format!("{}.{cell}", part.name),
+                },
+                name: part.name.clone(),
+                cell,
+            })
+        });
+        Self {
+            columns: columns.collect(),
+            pair: None,
+            keys: false,
+            header: true,
+            unit: None,
+            words: String::new(),
+        }
+    }
+
+    fn find(parts: &[Part<'_>], keys: bool) -> Option<Self> {
+        let scalars: Vec<&Part<'_>> = parts.iter().filter(|part| part.cells.len() == 1).collect();
+        let names: Vec<Name> = scalars.iter().map(|part| Name::new(&part.name)).collect();
+        let roles = by_header(&names);
+        let scalar = |role: Role| {
+            let (_, at) = roles.iter().find(|(known, _)| *known == role)?;
+            Some((scalars[*at].name.clone(), names[*at].unit.clone()))
+        };
+        let scalar_columns = |make: fn(usize) -> Role, headers: &[&str]| {
+            let columns = headers.iter().enumerate().map(|(index, header)| {
+                Some(Column {
+                    header: (*header).to_owned(),
+                    name: scalar(make(index))?.0,
+                    cell: 0,
+                })
+            });
+            columns.collect::<Option<Vec<Column>>>()
+        };
+        let pair = match (scalar(Role::Seconds), scalar(Role::Nanoseconds)) {
+            (Some((seconds, _)), Some((nanoseconds, _))) => Some([seconds, nanoseconds]),
+            _ => None,
+        };
+        let stamp = scalar(Role::Stamp)
+            .or_else(|| scalar(Role::Seconds))
+            .filter(|_| pair.is_none());
+        let unit = stamp
+            .as_ref()
+            .and_then(|(_, unit)| stamp_unit(unit.as_deref()?));
+        let mut columns: Vec<Column> = Vec::new();
+        columns.extend(stamp.clone().map(|(name, _)| Column {
+            header: "t".to_owned(),
+            name,
+            cell: 0,
+        }));
+        let stamps = columns.len();
+        let mut header = true;
+        if let Some(part) = whole_pose(parts) {
+            header = false;
+            columns.extend(cells(part, part.cells.len(), &[]));
+        } else {
+            let position = scalar_columns(Role::Position, &["x", "y", "z"]).or_else(|| {
+                let part = parts.iter().find(|part| is_position(part))?;
+                Some(cells(part, 3, &["x", "y", "z"]))
+            })?;
+            columns.extend(position);
+            let known = scalar_columns(Role::Quaternion, &QUATERNION)
+                .or_else(|| scalar_columns(Role::Angle, &ANGLES))
+                .or_else(|| scalar_columns(Role::Vector, &VECTOR))
+                .or_else(|| scalar_columns(Role::Matrix, &MATRIX));
+            let rotation = match known {
+                Some(columns) => columns,
+                None => {
+                    let nuscenes = parts.iter().any(|part| part.name == "token");
+                    let (columns, named) =
+                        parts.iter().find_map(|part| rotation(part, nuscenes))?;
+                    header = named;
+                    columns
+                }
+            };
+            columns.extend(rotation);
+        }
+        let mut taken: Vec<&str> = columns[stamps..]
+            .iter()
+            .map(|column| column.name.as_str())
+            .collect();
+        taken.dedup();
+        let stamp_name = match (&stamp, &pair) {
+            (Some((name, _)), _) => format!("stamps from `{name}`"),
+            (None, Some([a, b])) => format!("stamps from `{a}` and `{b}`"),
+            (None, None) if keys => "stamps from the numbers of the records".to_owned(),
+            (None, None) => "no stamps".to_owned(),
+        };
+        let words = match taken[..] {
+            [""] => format!("poses from lists of {} numbers", columns.len()),
+            _ => format!("{stamp_name}, poses from `{}`", taken.join("`, `")),
+        };
+        Some(Self {
+            columns,
+            keys: keys && stamp.is_none() && pair.is_none(),
+            pair,
+            header,
+            unit,
+            words,
+        })
+    }
+
+    /// Whether the first line of the table names its columns.
+    pub fn has_header(&self) -> bool {
+        self.header
+    }
+
+    /// The unit of the stamps, where their name says it.
+    pub fn stamp_unit(&self) -> Option<StampUnit> {
+        self.unit
+    }
+
+    /// The table: lines of fields, between commas below a header, else between blanks.
+    pub fn table(&self, list: &List<'_>) -> String {
+        let between = if self.header { ',' } else { ' ' };
+        let mut text = String::new();
+        let lead = self.pair.is_some() || self.keys;
+        if self.header {
+            if lead {
+                text.push_str("t,");
+            }
+            let headers = self.columns.iter().map(|column| plain(&column.header));
+            text.push_str(&headers.collect::<Vec<_>>().join(","));
+            text.push('\n');
+        }
+        for (index, record) in list.records.iter().enumerate() {
+            let parts = parts(record);
+            let cell = |name: &str, cell: usize| {
+                let part = parts.iter().find(|part| part.name == name)?;
+                part.cells.get(cell).copied()
+            };
+            if let Some([seconds, nanoseconds]) = &self.pair {
+                let whole = |name| cell(name, 0)?.as_i64();
+                match (whole(seconds), whole(nanoseconds)) {
+                    (Some(seconds), Some(part @ 0..1_000_000_000)) => {
+                        // Writing to a String cannot fail.
+                        let _ = write!(text, "{seconds}.{part:09}");
+                    }
+                    _ => text.push_str("nan"),
+                }
+            } else if self.keys {
+                let stamps = list.stamps.as_ref();
+                text.push_str(
+                    stamps
+                        .and_then(|stamps| stamps.get(index))
+                        .map_or("nan", |s| s),
+                );
+            }
+            for (at, column) in self.columns.iter().enumerate() {
+                if at > 0 || lead {
+                    text.push(between);
+                }
+                put(&mut text, cell(&column.name, column.cell));
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
+const ANGLES: [&str; 3] = ["roll", "pitch", "yaw"];
+const VECTOR: [&str; 3] = ["rotvec_x", "rotvec_y", "rotvec_z"];
+const MATRIX: [&str; 9] = [
+    "r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33",
+];
+
+/// A name that cannot be taken for something else in the header of a table.
+fn plain(name: &str) -> String {
+    let odd = |c: char| c.is_control() || ",;\"#%".contains(c);
+    let name: String = name.chars().map(|c| if odd(c) { '_' } else { c }).collect();
+    match name.trim().is_empty() || name.trim().parse::<f64>().is_ok() {
+        true => format!("n{name}"),
+        false => name,
+    }
+}
+
+/// A number as it is written; what is none is no value.
+fn put(text: &mut String, value: Option<&Value>) {
+    match value {
+        Some(Value::Number(number)) => {
+            // Writing to a String cannot fail.
+            let _ = write!(text, "{number}");
+        }
+        Some(Value::String(word)) if word.parse::<f64>().is_ok() => text.push_str(word.trim()),
+        Some(Value::String(word)) if dates::nanoseconds(word).is_some() => {
+            text.push_str(&word.trim().replacen(' ', "T", 1));
+        }
+        _ => text.push_str("nan"),
+    }
+}
+
+/// The numbers and words of a record with their names.
+fn parts<'a>(record: &Record<'a>) -> Vec<Part<'a>> {
+    let mut parts = Vec::new();
+    for (name, value) in record {
+        gather(value, (*name).to_owned(), &mut parts);
+    }
+    parts
+}
+
+fn gather<'a>(value: &'a Value, name: String, parts: &mut Vec<Part<'a>>) {
+    if parts.len() >= MOST {
+        return;
+    }
+    match value {
+        Value::Object(entries) => {
+            for (key, value) in entries {
+                let name = match name.as_str() {
+                    "" => key.clone(),
+                    name => format!("{name}.{key}"),
+                };
+                gather(value, name, parts);
+            }
+        }
+        Value::Array(_) => {
+            let mut cells = Vec::new();
+            if flat(value, &mut cells) && !cells.is_empty() {
+                parts.push(Part { name, cells });
+            }
+        }
+        scalar => parts.push(Part {
+            name,
+            cells: vec![scalar],
+        }),
+    }
+}
+
+/// Numbers of lists within lists, in their order; false where there is something else, or too much.
+fn flat<'a>(value: &'a Value, cells: &mut Vec<&'a Value>) -> bool {
+    match value {
+        Value::Array(items) => items.iter().all(|item| flat(item, cells)),
+        Value::Object(_) => false,
+        other => {
+            cells.push(other);
+            cells.len() <= MOST
+        }
+    }
+}
+
+/// Columns of the first cells of a part.
+fn cells(part: &Part<'_>, count: usize, headers: &[&str]) -> Vec<Column> {
+    let column = |cell: usize| Column {
+        header: headers.get(cell).map_or("", |header| header).to_owned(),
+        name: part.name.clone(),
+        cell,
+    };
+    (0..count).map(column).collect()
+}
+
+/// The last of the names, in lower case, without what joins its words and without a plural.
+fn key(part: &Part<'_>) -> String {
+    let last = part.name.rsplit('.').next().unwrap_or_default();
+    let letters = last.chars().filter(char::is_ascii_alphanumeric);
+    let key: String = letters.map(|c| c.to_ascii_lowercase()).collect();
+    match key.strip_suffix('s') {
+        Some(one) if one.len() > 2 => one.to_owned(),
+        _ => key,
+    }
+}
+
+fn is_position(part: &Part<'_>) -> bool {
+    part.cells.len() == 3
+        && matches!(
+            key(part).as_str(),
+            "position"
+                | "pos"
+                | "p"
+                | "translation"
+                | "tran"
+                | "t"
+                | "tvec"
+                | "location"
+                | "xyz"
+                | "campo"
+                | "center"
+        )
+}
+
+/// A part that is a pose on its own: a matrix, or position and quaternion.
+fn whole_pose<'p, 'a>(parts: &'p [Part<'a>]) -> Option<&'p Part<'a>> {
+    let named = |part: &Part<'_>| {
+        matches!(
+            key(part).as_str(),
+            "" | "pose"
+                | "transform"
+                | "transformation"
+                | "transformmatrix"
+                | "matrix"
+                | "t"
+                | "tf"
+                | "c2w"
+                | "camtoworld"
+                | "cameratoworld"
+                | "posematrix"
+                | "worldpose"
+                | "twb"
+                | "twc"
+                | "transformationmatrix"
+        )
+    };
+    let unit = |part: &Part<'_>| {
+        let squares = part.cells[3..7].iter().filter_map(|value| value.as_f64());
+        (squares.map(|value| value * value).sum::<f64>() - 1.0).abs() < UNIT_NORM
+    };
+    let size = |part: &&Part<'_>| match part.cells.len() {
+        7 => named(part) && unit(part),
+        12 | 16 => named(part),
+        // With a stamp or an index in front.
+        8 | 13 | 17 => part.name.is_empty(),
+        _ => false,
+    };
+    parts.iter().find(size)
+}
+
+/// The columns of a rotation, and whether the names say which number is which.
+fn rotation(part: &Part<'_>, w_first: bool) -> Option<(Vec<Column>, bool)> {
+    let key = key(part);
+    let is = |names: &[&str]| names.contains(&key.as_str());
+    let w_last = ["qx", "qy", "qz", "qw"];
+    match part.cells.len() {
+        4 if key.contains("wxyz") => Some((cells(part, 4, &QUATERNION), true)),
+        4 if key.contains("xyzw") || key == "orientation" => Some((cells(part, 4, &w_last), true)),
+        4 if is(&[
+            "rotation",
+            "rot",
+            "r",
+            "q",
+            "quat",
+            "quaternion",
+            "attitude",
+        ]) =>
+        {
+            match w_first {
+                true => Some((cells(part, 4, &QUATERNION), true)),
+                false => Some((cells(part, 4, &[]), false)),
+            }
+        }
+        9 if is(&[
+            "rotation",
+            "rot",
+            "r",
+            "orientation",
+            "rotationmatrix",
+            "matrix",
+            "rotmat",
+        ]) =>
+        {
+            Some((cells(part, 9, &MATRIX), true))
+        }
+        3 if is(&["rotvec", "rvec", "axisangle", "rotationvector"]) => {
+            Some((cells(part, 3, &VECTOR), true))
+        }
+        3 if is(&["rpy", "rollpitchyaw"]) => Some((cells(part, 3, &ANGLES), true)),
+        _ => None,
+    }
+}
