@@ -6,7 +6,7 @@ use std::path::Path;
 use super::collect::Collector;
 use super::iros20::{npy_error, push_matrix};
 use super::npy::{Array, Stream};
-use super::sheet;
+use super::records;
 use crate::error::Place;
 use crate::{Error, Format, LoadOptions, RowKind, Trajectory};
 
@@ -67,25 +67,5 @@ fn as_text(path: &Path, array: &Array, options: &LoadOptions) -> Result<Trajecto
         }
         text.push('\n');
     }
-    let mut log =
-        sheet::read(path, text.as_bytes(), Some(Format::Npy), None, options).map_err(as_pose)?;
-    log.row_kind = RowKind::Record;
-    log.rows.iter_mut().for_each(|row| *row -= 1);
-    for span in &mut log.report.lost {
-        (span.first_row, span.last_row) = (span.first_row - 1, span.last_row - 1);
-    }
-    Ok(log)
-}
-
-/// Line 18 is pose 17.
-fn as_pose(error: Error) -> Error {
-    match error {
-        Error::Input(mut fault) => {
-            if let Place::Line(line) = fault.place {
-                fault.place = Place::Pose(line.saturating_sub(1));
-            }
-            Error::Input(fault)
-        }
-        other => other,
-    }
+    records::read_table(path, &text, 0, None, Format::Npy, options)
 }

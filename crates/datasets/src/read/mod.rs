@@ -15,6 +15,7 @@ pub(crate) mod numbers;
 mod one_way;
 mod order;
 mod plausible;
+mod records;
 mod robotcar;
 mod several;
 mod sheet;

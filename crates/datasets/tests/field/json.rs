@@ -203,9 +203,9 @@ fn what_is_no_list_of_poses_is_refused() {
     };
     check(&read_with(&two, &options));
     let columns = Some(ReadOption::Columns);
-    refuse("{\"a\": 3}", &["no list of objects"], columns);
+    refuse("{\"a\": 3}", &["no list of records"], columns);
     refuse("[{\"u\": 1}, {\"u\": 2}]", &["the names `u`"], columns);
-    refuse("[1, 2, 3]", &["no list of objects"], columns);
+    refuse("[1, 2, 3]", &["no list of records"], columns);
     // Seven numbers that are no position and quaternion are not taken for one.
     refuse(
         "[{\"pose\": [1,2,3,4,5,6,7]}, {\"pose\": [1,2,3,4,5,6,7]}]",

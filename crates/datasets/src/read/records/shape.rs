@@ -1,46 +1,34 @@
-//! Where the records of a list hold stamp, position and rotation.
+//! Where records hold stamp, position and rotation.
 
-use std::fmt::Write as _;
-
-use serde_json::Value;
-
-use super::lists::{List, Record};
+use super::{Cell, List, Part};
 use crate::StampUnit;
 use crate::read::columns::{Name, Role, by_header, stamp_unit};
-use crate::read::dates;
 
 /// Records looked at for one with a pose.
 const SAMPLE: usize = 40;
 /// Deviation from 1 of the square of a quaternion's norm.
 const UNIT_NORM: f64 = 0.04;
-/// Numbers of an array at most, names of a record at most: what is longer is no part of a pose.
-const MOST: usize = 64;
-
-/// Numbers of a record under one name.
-struct Part<'a> {
-    /// Names from the record down, joined by points.
-    name: String,
-    cells: Vec<&'a Value>,
-}
 
 /// One column of the table.
 #[derive(Debug, Clone)]
-struct Column {
+pub(super) struct Column {
     /// Its name in the header.
-    header: String,
-    name: String,
-    cell: usize,
+    pub header: String,
+    /// The part of a record that it is of.
+    pub name: String,
+    /// Its place there.
+    pub cell: usize,
 }
 
 /// How records become rows.
 #[derive(Debug)]
 pub(super) struct Shape {
     /// Stamp first, where there is one that is no pair.
-    columns: Vec<Column>,
+    pub columns: Vec<Column>,
     /// Names of seconds and nanoseconds.
-    pair: Option<[String; 2]>,
+    pub pair: Option<[String; 2]>,
     /// The numbers under which the records stand are stamps.
-    keys: bool,
+    pub keys: bool,
     header: bool,
     unit: Option<StampUnit>,
     /// What was taken, in words.
@@ -51,8 +39,8 @@ impl Shape {
     /// The shape of the first records; their names where they hold no pose. `as_named` where the user says the columns.
     pub fn of(list: &List<'_>, as_named: bool) -> Result<Self, String> {
         let mut names = None;
-        for record in list.records.iter().take(SAMPLE) {
-            let parts = parts(record);
+        for index in 0..list.length.min(SAMPLE) {
+            let parts = (list.record)(index);
             let found = match as_named {
                 true => Some(Self::all(&parts)),
                 false => Self::find(&parts, list.stamps.is_some()),
@@ -186,53 +174,6 @@ impl Shape {
     pub fn stamp_unit(&self) -> Option<StampUnit> {
         self.unit
     }
-
-    /// The table: lines of fields, between commas below a header, else between blanks.
-    pub fn table(&self, list: &List<'_>) -> String {
-        let between = if self.header { ',' } else { ' ' };
-        let mut text = String::new();
-        let lead = self.pair.is_some() || self.keys;
-        if self.header {
-            if lead {
-                text.push_str("t,");
-            }
-            let headers = self.columns.iter().map(|column| plain(&column.header));
-            text.push_str(&headers.collect::<Vec<_>>().join(","));
-            text.push('\n');
-        }
-        for (index, record) in list.records.iter().enumerate() {
-            let parts = parts(record);
-            let cell = |name: &str, cell: usize| {
-                let part = parts.iter().find(|part| part.name == name)?;
-                part.cells.get(cell).copied()
-            };
-            if let Some([seconds, nanoseconds]) = &self.pair {
-                let whole = |name| cell(name, 0)?.as_i64();
-                match (whole(seconds), whole(nanoseconds)) {
-                    (Some(seconds), Some(part @ 0..1_000_000_000)) => {
-                        // Writing to a String cannot fail.
-                        let _ = write!(text, "{seconds}.{part:09}");
-                    }
-                    _ => text.push_str("nan"),
-                }
-            } else if self.keys {
-                let stamps = list.stamps.as_ref();
-                text.push_str(
-                    stamps
-                        .and_then(|stamps| stamps.get(index))
-                        .map_or("nan", |s| s),
-                );
-            }
-            for (at, column) in self.columns.iter().enumerate() {
-                if at > 0 || lead {
-                    text.push(between);
-                }
-                put(&mut text, cell(&column.name, column.cell));
-            }
-            text.push('\n');
-        }
-        text
-    }
 }
 
 const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
@@ -241,79 +182,6 @@ const VECTOR: [&str; 3] = ["rotvec_x", "rotvec_y", "rotvec_z"];
 const MATRIX: [&str; 9] = [
     "r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33",
 ];
-
-/// A name that cannot be taken for something else in the header of a table.
-fn plain(name: &str) -> String {
-    let odd = |c: char| c.is_control() || ",;\"#%".contains(c);
-    let name: String = name.chars().map(|c| if odd(c) { '_' } else { c }).collect();
-    match name.trim().is_empty() || name.trim().parse::<f64>().is_ok() {
-        true => format!("n{name}"),
-        false => name,
-    }
-}
-
-/// A number as it is written; what is none is no value.
-fn put(text: &mut String, value: Option<&Value>) {
-    match value {
-        Some(Value::Number(number)) => {
-            // Writing to a String cannot fail.
-            let _ = write!(text, "{number}");
-        }
-        Some(Value::String(word)) if word.parse::<f64>().is_ok() => text.push_str(word.trim()),
-        Some(Value::String(word)) if dates::nanoseconds(word).is_some() => {
-            text.push_str(&word.trim().replacen(' ', "T", 1));
-        }
-        _ => text.push_str("nan"),
-    }
-}
-
-/// The numbers and words of a record with their names.
-fn parts<'a>(record: &Record<'a>) -> Vec<Part<'a>> {
-    let mut parts = Vec::new();
-    for (name, value) in record {
-        gather(value, (*name).to_owned(), &mut parts);
-    }
-    parts
-}
-
-fn gather<'a>(value: &'a Value, name: String, parts: &mut Vec<Part<'a>>) {
-    if parts.len() >= MOST {
-        return;
-    }
-    match value {
-        Value::Object(entries) => {
-            for (key, value) in entries {
-                let name = match name.as_str() {
-                    "" => key.clone(),
-                    name => format!("{name}.{key}"),
-                };
-                gather(value, name, parts);
-            }
-        }
-        Value::Array(_) => {
-            let mut cells = Vec::new();
-            if flat(value, &mut cells) && !cells.is_empty() {
-                parts.push(Part { name, cells });
-            }
-        }
-        scalar => parts.push(Part {
-            name,
-            cells: vec![scalar],
-        }),
-    }
-}
-
-/// Numbers of lists within lists, in their order; false where there is something else, or too much.
-fn flat<'a>(value: &'a Value, cells: &mut Vec<&'a Value>) -> bool {
-    match value {
-        Value::Array(items) => items.iter().all(|item| flat(item, cells)),
-        Value::Object(_) => false,
-        other => {
-            cells.push(other);
-            cells.len() <= MOST
-        }
-    }
-}
 
 /// Columns of the first cells of a part.
 fn cells(part: &Part<'_>, count: usize, headers: &[&str]) -> Vec<Column> {
@@ -377,7 +245,7 @@ fn whole_pose<'p, 'a>(parts: &'p [Part<'a>]) -> Option<&'p Part<'a>> {
         )
     };
     let unit = |part: &Part<'_>| {
-        let squares = part.cells[3..7].iter().filter_map(|value| value.as_f64());
+        let squares = part.cells[3..7].iter().filter_map(Cell::number);
         (squares.map(|value| value * value).sum::<f64>() - 1.0).abs() < UNIT_NORM
     };
     let size = |part: &&Part<'_>| match part.cells.len() {
