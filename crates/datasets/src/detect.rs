@@ -72,6 +72,9 @@ pub(crate) fn detect_bytes(
     if let Some(format) = recording(bytes) {
         return Ok(format);
     }
+    if read::is_npz(bytes) {
+        return Ok(Format::Npz);
+    }
     if bytes.starts_with(read::ULOG) {
         return Ok(Format::Ulog);
     }

@@ -29,6 +29,8 @@ pub enum Format {
     Matrix,
     /// One `.npy` array of poses: `(n, 4, 4)`, `(n, 3, 4)`, `(n, 12)`, `(n, 16)`, `(n, 7)` or `(n, 8)`.
     Npy,
+    /// A `.npz` file: several `.npy` arrays, each under a name.
+    Npz,
     /// A pose graph: the lines `VERTEX_SE3:QUAT` (or `VERTEX_SE2`) of a g2o file.
     G2o,
     /// COLMAP `images.txt`: world to camera, two lines an image.
@@ -55,7 +57,7 @@ pub enum Format {
 
 impl Format {
     /// The formats that can be read.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Kitti,
         Self::RobotCar,
         Self::Iros20,
@@ -65,6 +67,7 @@ impl Format {
         Self::Csv,
         Self::Matrix,
         Self::Npy,
+        Self::Npz,
         Self::G2o,
         Self::Colmap,
         Self::Transforms,
@@ -88,6 +91,7 @@ impl Format {
             Self::Csv => "csv",
             Self::Matrix => "matrix",
             Self::Npy => "npy",
+            Self::Npz => "npz",
             Self::G2o => "g2o",
             Self::Colmap => "colmap",
             Self::Transforms => "transforms",

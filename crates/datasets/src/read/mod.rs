@@ -11,6 +11,7 @@ mod json;
 mod kitti;
 mod layout;
 mod npy;
+mod npz;
 pub(crate) mod numbers;
 mod one_way;
 mod order;
@@ -38,6 +39,7 @@ pub(crate) use iros20::{frame_files, read_folder};
 pub(crate) use json::detect as detect_json;
 pub(crate) use layout::{Layout, unknown};
 pub(crate) use npy::write_4x4;
+pub(crate) use npz::is_npz;
 pub(crate) use table::LARGEST_COORDINATE;
 pub(crate) use text::{Text, signature};
 pub(crate) use ulog::MAGIC as ULOG;
@@ -85,6 +87,7 @@ fn read(
         Format::Colmap => graphs::read_colmap(path, bytes, options),
         Format::Transforms => graphs::read_transforms(path, bytes, options),
         Format::Open3d => graphs::read_open3d(path, bytes, options),
+        Format::Npz => npz::read(path, bytes, options),
         Format::Json => json::read(path, bytes, options),
         Format::Kitti | Format::Tum | Format::Euroc | Format::Csv | Format::Matrix => {
             let times = match format {

@@ -6,9 +6,10 @@
 
 use std::io::{self, Write};
 
-use npyz::{DType, NpyFile, NpyHeader, TypeChar, WriterBuilder};
+use npyz::{DType, NpyFile, NpyHeader, TimeUnits, TypeChar, WriterBuilder};
 
 use super::table::shorten;
+use crate::StampUnit;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// A header of a pose array has 118 bytes; this is all that version 1 of the format can have.
@@ -36,6 +37,25 @@ pub(crate) struct Stream<'a> {
     rest: &'a [u8],
     /// The last header as bytes and as parsed: the thousands of poses of a log share one.
     known: Option<(&'a [u8], NpyHeader)>,
+}
+
+/// An array of any kind.
+#[derive(Debug)]
+pub(crate) enum Values {
+    Floats(Array),
+    Whole(Whole),
+    /// What holds no numbers that a pose has.
+    Other,
+}
+
+/// An array of whole numbers or dates, in the order of its indices.
+#[derive(Debug)]
+pub(crate) struct Whole {
+    pub shape: Vec<u64>,
+    /// `None` where there is no date, or a number beyond 63 bits.
+    pub values: Vec<Option<i64>>,
+    /// The unit of dates.
+    pub unit: Option<StampUnit>,
 }
 
 /// One array.
@@ -102,6 +122,68 @@ impl<'a> Stream<'a> {
         self.rest = &after[length..];
         self.known = Some((bytes, header));
         Ok(array)
+    }
+}
+
+impl Stream<'_> {
+    /// The first array, of any kind.
+    pub fn take_any(&mut self) -> Result<Values, NpyFault> {
+        let bytes = header_bytes(self.rest)?;
+        check_header(bytes)?;
+        let header = NpyHeader::from_reader(bytes)
+            .map_err(|fault| NpyFault::NotNpy(format!("a damaged header: {fault}")))?;
+        if element_size(&header).is_ok() {
+            return self.take().map(Values::Floats);
+        }
+        let DType::Plain(element) = header.dtype() else {
+            return Ok(Values::Other);
+        };
+        let unit = match element.time_units() {
+            Some(TimeUnits::Second) => Some(StampUnit::Seconds),
+            Some(TimeUnits::Millisecond) => Some(StampUnit::Milliseconds),
+            Some(TimeUnits::Microsecond) => Some(StampUnit::Microseconds),
+            Some(TimeUnits::Nanosecond) => Some(StampUnit::Nanoseconds),
+            _ => None,
+        };
+        let kind = element.type_char();
+        let size = element.size_field();
+        let readable = match kind {
+            TypeChar::Int | TypeChar::Uint => matches!(size, 4 | 8),
+            TypeChar::DateTime => size == 8 && unit.is_some(),
+            _ => false,
+        };
+        let rows_first = header.order() == npyz::Order::C || header.shape().len() < 2;
+        if !readable || !rows_first {
+            return Ok(Values::Other);
+        }
+        let length = header
+            .len()
+            .checked_mul(size)
+            .and_then(|length| usize::try_from(length).ok())
+            .ok_or_else(|| impossible_shape(bytes))?;
+        let data = self.rest[bytes.len()..].get(..length);
+        let little = element.endianness() != npyz::Endianness::Big;
+        let value = |bytes: &[u8]| {
+            let mut wide = [0; 8];
+            wide[..bytes.len()].copy_from_slice(bytes);
+            if !little {
+                wide[..bytes.len()].reverse();
+            }
+            let unsigned = u64::from_le_bytes(wide);
+            match (kind, bytes.len()) {
+                (TypeChar::Uint, _) => i64::try_from(unsigned).ok(),
+                (_, 4) => Some(i64::from(unsigned as u32 as i32)),
+                // The smallest number stands for no date.
+                (TypeChar::DateTime, _) => Some(unsigned as i64).filter(|date| *date != i64::MIN),
+                _ => Some(unsigned as i64),
+            }
+        };
+        let values = data.ok_or(NpyFault::Truncated)?.chunks_exact(size as usize);
+        Ok(Values::Whole(Whole {
+            shape: header.shape().to_vec(),
+            values: values.map(value).collect(),
+            unit,
+        }))
     }
 }
 

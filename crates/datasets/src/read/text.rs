@@ -322,7 +322,11 @@ pub(crate) fn signature(bytes: &[u8]) -> Option<Signature> {
             "an SQLite file, perhaps a ROS 2 bag",
             "read it with the format rosbag2",
         ),
-        (b"PK\x03\x04", "a zip archive", "unpack it first"),
+        (
+            b"PK\x03\x04",
+            "a zip archive without numpy arrays",
+            "unpack it first",
+        ),
         (
             b"\x1f\x8b",
             "a gzip archive",

@@ -7,12 +7,9 @@ use crate::Error;
 use crate::error::Place;
 
 /// What a compressed file may become, bytes: a pose log of 100 million poses.
-#[cfg(feature = "compression")]
 const LARGEST: u64 = 4 << 30;
 /// ... and how many times its size, beyond the first 16 MiB: text of poses packs to a third or a tenth.
-#[cfg(feature = "compression")]
 const LARGEST_RATIO: u64 = 200;
-#[cfg(feature = "compression")]
 const FREE: u64 = 16 << 20;
 /// ... of a chunk of a recording.
 #[cfg(feature = "recordings")]
@@ -30,8 +27,7 @@ pub(crate) fn unpack<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, [u8]>, 
 }
 
 /// Bytes that `packed` bytes of a file may become.
-#[cfg(feature = "compression")]
-fn limit(packed: usize) -> u64 {
+pub(super) fn limit(packed: usize) -> u64 {
     (FREE + packed as u64 * LARGEST_RATIO).min(LARGEST)
 }
 
@@ -59,6 +55,23 @@ pub(crate) fn zstd_chunk(
     packed: &[u8],
 ) -> Result<impl std::io::Read, ruzstd::decoding::errors::FrameDecoderError> {
     zstd_frame(packed, chunk_limit(packed.len()))
+}
+
+/// The content of a member of a zip file, `left` bytes at most.
+#[cfg(feature = "compression")]
+pub(super) fn deflate(path: &Path, bytes: &[u8], left: u64) -> Result<Vec<u8>, Error> {
+    let mut out = Vec::new();
+    let decoder = flate2::read::DeflateDecoder::new(bytes);
+    read_into(path, decoder, left, &mut out, "deflate")?;
+    Ok(out)
+}
+
+/// The checksum of a member of a zip file; `None` where this build cannot tell.
+#[cfg(feature = "compression")]
+pub(super) fn crc(content: &[u8]) -> Option<u32> {
+    let mut crc = flate2::Crc::new();
+    crc.update(content);
+    Some(crc.sum())
 }
 
 #[cfg(feature = "compression")]
@@ -162,6 +175,16 @@ fn gzip(path: &Path, _: &[u8]) -> Result<Vec<u8>, Error> {
 #[cfg(not(feature = "compression"))]
 pub(crate) fn zstd(path: &Path, _: &[u8]) -> Result<Vec<u8>, Error> {
     Err(not_built(path, "a zstd archive"))
+}
+
+#[cfg(not(feature = "compression"))]
+pub(super) fn deflate(path: &Path, _: &[u8], _: u64) -> Result<Vec<u8>, Error> {
+    Err(not_built(path, "a packed zip archive"))
+}
+
+#[cfg(not(feature = "compression"))]
+pub(super) fn crc(_: &[u8]) -> Option<u32> {
+    None
 }
 
 #[cfg(not(feature = "compression"))]

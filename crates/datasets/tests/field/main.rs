@@ -3,6 +3,7 @@
 
 mod formats;
 mod json;
+mod npz;
 mod tools;
 mod values;
 

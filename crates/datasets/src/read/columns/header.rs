@@ -91,7 +91,7 @@ impl Name {
                 "_m",
             ] {
                 if let Some(rest) = plain.strip_suffix(suffix)
-                    && (rest.len() > 1 || matches!(rest, "x" | "y" | "z"))
+                    && (rest.len() > 1 || matches!(rest, "t" | "x" | "y" | "z"))
                 {
                     unit = Some(suffix[1..].to_owned());
                     plain = rest.to_owned();
@@ -229,7 +229,7 @@ fn time_role(tokens: &[&str], last: &str) -> Option<(Role, usize)> {
     let stamp = tokens.contains(&"stamp") || tokens.contains(&"timestamp");
     let rank = usize::from(!tokens.contains(&"header"));
     match last {
-        "stamp" | "timestamp" | "timestamps" => Some((Role::Stamp, rank)),
+        "stamp" | "stamps" | "timestamp" | "timestamps" => Some((Role::Stamp, rank)),
         "time" | "times" | "gpstime" | "utime" | "unixtime" | "rosbagtimestamp" | "ts" => {
             Some((Role::Stamp, 2))
         }

@@ -128,12 +128,17 @@ fn gather<'a>(value: &'a Value, name: String, parts: &mut Vec<Part<'a>>) {
         Value::Array(_) => {
             let mut cells = Vec::new();
             if flat(value, &mut cells) && !cells.is_empty() {
-                parts.push(Part { name, cells });
+                parts.push(Part {
+                    name,
+                    cells,
+                    is_pose: false,
+                });
             }
         }
         scalar => parts.push(Part {
             name,
             cells: vec![cell(scalar)],
+            is_pose: false,
         }),
     }
 }

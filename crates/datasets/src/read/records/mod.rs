@@ -29,6 +29,8 @@ pub(super) struct Part<'a> {
     /// Names from the record down, joined by points.
     pub name: String,
     pub cells: Vec<Cell<'a>>,
+    /// Whether it is a pose whatever its name.
+    pub is_pose: bool,
 }
 
 /// Makes the parts of a record by its place.
@@ -144,14 +146,12 @@ fn one<'a>(
     format: Format,
     options: &LoadOptions,
 ) -> Result<(List<'a>, Shape), Error> {
-    let mut first = None;
+    let mut others = Vec::new();
     let mut found: Vec<(List<'a>, Shape)> = Vec::new();
     for list in lists {
         match Shape::of(&list, options.columns.is_some()) {
             Ok(shape) => found.push((list, shape)),
-            Err(names) => {
-                first.get_or_insert(names);
-            }
+            Err(names) => others.push(names),
         }
     }
     let names: Vec<&str> = found.iter().map(|(list, _)| list.name.as_str()).collect();
@@ -164,9 +164,10 @@ fn one<'a>(
         );
     }
     found.pop().ok_or_else(|| {
-        let words = match first {
-            Some(names) if !names.is_empty() => format!("the names `{}`", shorten(&names)),
-            _ => "no list of records".to_owned(),
+        others.retain(|names| !names.is_empty());
+        let words = match others.is_empty() {
+            false => format!("the names `{}`", shorten(&others.join(", "))),
+            true => "no list of records".to_owned(),
         };
         let expected = format!(
             "{format} with positions and rotations (quaternions, matrices, or roll, pitch and yaw) by names or as matrices"

@@ -255,7 +255,7 @@ fn whole_pose<'p, 'a>(parts: &'p [Part<'a>]) -> Option<&'p Part<'a>> {
         8 | 13 | 17 => part.name.is_empty(),
         _ => false,
     };
-    parts.iter().find(size)
+    parts.iter().find(|part| part.is_pose || size(part))
 }
 
 /// The columns of a rotation, and whether the names say which number is which.

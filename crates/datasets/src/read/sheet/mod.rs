@@ -91,7 +91,10 @@ pub(super) fn named_layout(
 fn suits(format: Format, layout: &Layout) -> bool {
     let headed = layout.order != Order::Habit;
     format == layout.format
-        || matches!(format, Format::Csv | Format::Npy | Format::Json)
+        || matches!(
+            format,
+            Format::Csv | Format::Npy | Format::Npz | Format::Json
+        )
         || matches!((format, layout.format), (Format::Matrix, Format::Kitti))
         || headed && matches!(format, Format::Tum | Format::Euroc)
 }
