@@ -92,6 +92,9 @@ pub(crate) fn detect_bytes(
     if read::detect_json(text.as_str()) {
         return Ok(Format::Json);
     }
+    if read::detect_motive(text.as_str()) {
+        return Ok(Format::Csv);
+    }
     if options.columns.is_none() && options.log_column.is_none() {
         if is_robotcar(text.as_str()) {
             return Ok(Format::RobotCar);

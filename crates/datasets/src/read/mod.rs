@@ -10,6 +10,7 @@ mod iros20;
 mod json;
 mod kitti;
 mod layout;
+mod motive;
 mod npy;
 mod npz;
 pub(crate) mod numbers;
@@ -28,7 +29,7 @@ mod unpack;
 use std::path::Path;
 
 use crate::error::Place;
-use crate::{Error, Format, LoadOptions, Trajectory};
+use crate::{Error, Format, LoadOptions, ReadOption, Remark, RemarkKind, Trajectory};
 
 pub(crate) use arrays::is_stream;
 #[cfg(feature = "recordings")]
@@ -38,6 +39,7 @@ pub(crate) use graphs::detect as detect_graph;
 pub(crate) use iros20::{frame_files, read_folder};
 pub(crate) use json::detect as detect_json;
 pub(crate) use layout::{Layout, unknown};
+pub(crate) use motive::detect as detect_motive;
 pub(crate) use npy::write_4x4;
 pub(crate) use npz::is_npz;
 pub(crate) use table::LARGEST_COORDINATE;
@@ -79,6 +81,18 @@ fn read(
     named: bool,
     options: &LoadOptions,
 ) -> Result<Trajectory, Error> {
+    if format == Format::Csv
+        && let Ok(text) = std::str::from_utf8(bytes)
+        && motive::detect(text)
+    {
+        let table = motive::table(path, text, options)?;
+        let format = named.then_some(format);
+        let mut log = sheet::read(path, table.text.as_bytes(), format, None, options)?;
+        let words = format!("the rigid body `{}` of a table of Motive", table.body);
+        let remark = Remark::new(RemarkKind::Columns, words).option(ReadOption::Topic);
+        log.report.remarks.push(remark);
+        return Ok(log);
+    }
     match format {
         Format::RobotCar => robotcar::read(path, bytes, options),
         Format::Iros20 => iros20::read_stream(path, bytes, options),

@@ -193,3 +193,71 @@ fn units_of_positions_in_the_header() {
         Some(ReadOption::Columns),
     );
 }
+
+#[test]
+fn tables_of_motive() {
+    let table = |units: &str, factor: f64| {
+        let head = format!(
+            "Format Version,1.23,Take Name,Take 1,Rotation Type,Quaternion,Length Units,{units},Coordinate Space,Global\n\n\
+             ,Type,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body Marker\n\
+             ,Name,drone,drone,drone,drone,drone,drone,drone,drone,drone:Marker1\n\
+             ,ID,1,1,1,1,1,1,1,1,2\n\
+             ,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Mean Marker Error,Position\n\
+             Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,,X\n"
+        );
+        head + &lines(|i, p, [w, x, y, z]| {
+            let pose = [
+                x,
+                y,
+                z,
+                w,
+                p[0] * factor,
+                p[1] * factor,
+                p[2] * factor,
+                0.01,
+                3.0,
+            ];
+            format!("{i},{:.6},{}", 0.1 * i as f64, join(&pose, ","))
+        })
+    };
+    let text = table("Meters", 1.0);
+    let log = read(&text);
+    check(&log);
+    assert_eq!((log.format, log.rows[0]), (Format::Csv, 8));
+    let said = log.report.remarks.iter().map(|remark| remark.text.as_str());
+    assert!(said.clone().any(|text| text.contains("rigid body `drone`")));
+    check(&read(&format!("\u{feff}{}", text.replace('\n', "\r\n"))));
+    check(&read(&table("Millimeters", 1000.0)));
+    // A frame in which the body was not seen.
+    let row = text.lines().nth(10).unwrap();
+    let unseen = text.replace(row, "3,0.300000,,,,,,,,,");
+    let log = read(&unseen);
+    assert_eq!((log.len(), log.report.lost[0].first_row), (POSES - 1, 11));
+    // Several bodies.
+    let two = text.replacen(
+        "drone,drone,drone,drone,drone,drone,drone,drone",
+        "a,a,a,a,a,a,a,b",
+        1,
+    );
+    refuse(
+        &two,
+        &["log.txt:7", "2 bodies: a, b"],
+        Some(ReadOption::Topic),
+    );
+    let options = LoadOptions {
+        topics: vec!["a".to_owned()],
+        ..LoadOptions::default()
+    };
+    check(&read_with(&two, &options));
+    refuse(
+        &text.replacen("X,Y,Z,W", "X,Y,Z,", 1),
+        &["log.txt:7", "Rotation Type Quaternion"],
+        None,
+    );
+    refuse(&text[..200], &["log.txt:1", "begins with Frame"], None);
+    refuse(
+        "Objects\n100\n,,Global Angle drone,,,,,\nFrame,Sub Frame,RX,RY,RZ,TX,TY,TZ\n",
+        &["this looks like Vicon's"],
+        Some(ReadOption::Columns),
+    );
+}

@@ -44,7 +44,10 @@ impl Layout {
                 .data
                 .iter()
                 .any(|line| line.text.contains(|c: char| c.is_ascii_digit()));
-            let hint = if words {
+            let vicon = ["Objects", "Segments", "Trajectories", "Joints"].contains(&first.text);
+            let hint = if vicon {
+                "this looks like Vicon's; its angles depend on settings: save positions and quaternions under named columns"
+            } else if words {
                 "a table needs columns for position and rotation; say which they are"
             } else {
                 "give the file that holds the poses"
