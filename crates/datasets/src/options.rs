@@ -36,7 +36,8 @@ pub struct LoadOptions {
     pub lost: Vec<LostKind>,
     /// Lost tracking is an error instead of a gap.
     pub strict: bool,
-    /// Topics of a recording. Empty: its only topic of poses; the usual one of a flight log.
+    /// Topics of a recording; the topic, rigid body, list or array of a table, JSON or npz file with several. Empty: the only one with
+    /// poses; the usual one of a flight log.
     pub topics: Vec<String>,
     /// Parent and child frame of a pose to be looked up in the transforms of a recording.
     pub tf: Option<(String, String)>,

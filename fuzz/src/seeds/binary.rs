@@ -54,6 +54,118 @@ pub fn npy() -> Vec<Vec<u8>> {
     ]
 }
 
+/// A zip file of arrays, none of them packed.
+pub fn zip(members: &[(&str, &[u8])]) -> Vec<u8> {
+    let (mut out, mut list) = (Vec::new(), Vec::new());
+    for (name, content) in members {
+        let mut crc = flate2::Crc::new();
+        crc.update(content);
+        let size = (content.len() as u32).to_le_bytes();
+        let fields = [
+            &[0; 8][..],
+            &crc.sum().to_le_bytes(),
+            &size,
+            &size,
+            &(name.len() as u16).to_le_bytes(),
+        ]
+        .concat();
+        list.extend(b"PK\x01\x02\x14\0\x14\0");
+        list.extend(&fields);
+        list.extend([0; 12]);
+        list.extend((out.len() as u32).to_le_bytes());
+        list.extend(name.as_bytes());
+        out.extend(b"PK\x03\x04\x14\0");
+        out.extend(&fields);
+        out.extend([0; 2]);
+        out.extend(name.as_bytes());
+        out.extend(*content);
+    }
+    let (at, count) = (out.len() as u32, members.len() as u16);
+    out.extend(&list);
+    out.extend(b"PK\x05\x06\0\0\0\0");
+    out.extend([count.to_le_bytes(); 2].concat());
+    out.extend((list.len() as u32).to_le_bytes());
+    out.extend(at.to_le_bytes());
+    out.extend([0, 0]);
+    out
+}
+
+/// Arrays side by side, one behind the other: matrices and stamps; positions, quaternions and dates.
+pub fn arrays() -> Vec<Vec<u8>> {
+    let log = &logs()[0];
+    let n = log.len();
+    let floats = |shape: &str, values: Vec<f64>| {
+        let bytes: Vec<u8> = values.into_iter().flat_map(f64::to_le_bytes).collect();
+        array("<f8", &format!("({n}{shape})"), &bytes)
+    };
+    let stamps: Vec<u8> = log
+        .stamps
+        .iter()
+        .flat_map(|stamp| stamp.to_le_bytes())
+        .collect();
+    let positions = log
+        .poses
+        .iter()
+        .flat_map(|pose| pose.translation.iter().copied().collect::<Vec<_>>());
+    let quaternions = log.poses.iter().flat_map(|pose| {
+        let q = dose3_lie::nalgebra::UnitQuaternion::from_rotation_matrix(&pose.rotation);
+        [q.i, q.j, q.k, q.w]
+    });
+    vec![
+        [
+            &b"\0\x01"[..],
+            &npy()[0],
+            &array("<i8", &format!("({n},)"), &stamps),
+        ]
+        .concat(),
+        [
+            &b"\x02\x03\x01"[..],
+            &floats(", 3", positions.collect()),
+            &floats(", 4", quaternions.collect()),
+            &array("<M8[ns]", &format!("({n},)"), &stamps),
+        ]
+        .concat(),
+    ]
+}
+
+/// Names of arrays, chosen by the bytes before them.
+const NAMES: [&str; 6] = [
+    "poses.npy",
+    "timestamps.npy",
+    "positions.npy",
+    "quaternions.npy",
+    "R.npy",
+    "t_us.npy",
+];
+
+/// The zip file of the arrays in some bytes, each of which begins with its magic number; those before the first choose names.
+pub fn zip_of(bytes: &[u8]) -> Vec<u8> {
+    let magic = b"\x93NUMPY";
+    let starts: Vec<usize> = (0..bytes.len())
+        .filter(|at| bytes[*at..].starts_with(magic))
+        .collect();
+    let ends = starts.iter().skip(1).copied().chain([bytes.len()]);
+    let names = &bytes[..starts.first().copied().unwrap_or(0)];
+    let members = starts
+        .iter()
+        .zip(ends)
+        .take(8)
+        .enumerate()
+        .map(|(index, (start, end))| {
+            let choice = names.get(index).copied().unwrap_or(index as u8);
+            (
+                NAMES[usize::from(choice) % NAMES.len()],
+                &bytes[*start..end],
+            )
+        });
+    zip(&members.collect::<Vec<_>>())
+}
+
+/// The same as zip files.
+pub fn npz() -> Vec<Vec<u8>> {
+    arrays().iter().map(|bytes| zip_of(bytes)).collect()
+}
+
 /// One 4x4 array after another.
 pub fn iros20() -> Vec<Vec<u8>> {
     [write::Precision::Single, write::Precision::Double]

@@ -89,7 +89,55 @@ pub fn csv() -> Vec<Vec<u8>> {
                 line.replace('.', ",")
             },
         ),
+        lines(
+            "__time,/odom/pose/position/x,/odom/pose/position/y,/odom/pose/position/z,/odom/pose/orientation/x,/odom/pose/orientation/y,/odom/pose/orientation/z,/odom/pose/orientation/w,/imu/angle\n",
+            |i, [x, y, z, a, b, c, w]| {
+                let time = i as f64 * 0.1;
+                format!("{time},{x},{y},{z},{a},{b},{c},{w},\n{time},,,,,,,,1")
+            },
+        ),
+        lines(
+            "Format Version,1.23,Rotation Type,Quaternion,Length Units,Millimeters\n\n,Type,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body\n,Name,a,a,a,a,a,a,a\n,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position\nFrame,Time (Seconds),X,Y,Z,W,X,Y,Z\n",
+            |i, [x, y, z, a, b, c, w]| {
+                format!("{i},{},{a},{b},{c},{w},{x},{y},{z}", 0.1 * i as f64)
+            },
+        ),
+        lines("", |i, [x, y, z, a, b, c, w]| {
+            format!("2020-09-13T12:26:{:02}.5Z,{x},{y},{z},{a},{b},{c},{w},", i)
+        }),
     ]
+}
+
+/// JSON of many shapes: a list of objects, an object a line, lists side by side, matrices under numbers.
+pub fn json() -> Vec<Vec<u8>> {
+    let poses: Vec<serde_json::Value> = (0..12)
+        .map(|i| {
+            let pose = &logs()[0].poses[i];
+            let q = dose3_lie::nalgebra::UnitQuaternion::from_rotation_matrix(&pose.rotation);
+            let p: [f64; 3] = pose.translation.into();
+            serde_json::json!({"stamp": 0.1 * i as f64, "position": p, "orientation": [q.i, q.j, q.k, q.w]})
+        })
+        .collect();
+    let column = |name: &str| {
+        poses
+            .iter()
+            .map(|pose| pose[name].clone())
+            .collect::<Vec<_>>()
+    };
+    let matrices: serde_json::Map<String, serde_json::Value> = (0..12)
+        .map(|i| (format!("{i}"), serde_json::json!({"transform": matrix(i)})))
+        .collect();
+    let side_by_side = serde_json::json!({"t": column("stamp"), "pos": column("position"), "rotation": column("orientation")});
+    let lines: Vec<String> = poses.iter().map(ToString::to_string).collect();
+    vec![
+        serde_json::json!({"track": {"poses": poses}}).to_string(),
+        lines.join("\n").replacen("[0.0,", "[NaN,", 1),
+        side_by_side.to_string(),
+        serde_json::Value::Object(matrices).to_string(),
+    ]
+    .into_iter()
+    .map(String::into_bytes)
+    .collect()
 }
 
 /// A first line that chooses columns, and a table.

@@ -72,11 +72,23 @@ pub const GRAPHS: &[&[u8]] = &[
     b"null",
     b"1e999",
     b"[[[[[[",
+    b"NaN",
+    b"position",
+    b"orientation",
+    b"rotation",
+    b"transform",
+    b"stamp",
 ];
 
 /// Of arrays.
 pub const BINARY: &[&[u8]] = &[
     b"\x93NUMPY\x01\x00",
+    b"PK\x03\x04",
+    b"PK\x01\x02",
+    b"PK\x05\x06",
+    b"PK\x06\x06",
+    b"PK\x06\x07",
+    b"<M8[ns]",
     b"'descr'",
     b"<f8",
     b">f4",

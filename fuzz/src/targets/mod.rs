@@ -51,7 +51,15 @@ pub const ALL: &[Target] = &[
         seeds::words::GRAPHS
     ),
     format!("open3d", Open3d, seeds::text::open3d, seeds::words::TEXT),
+    format!("json", Json, seeds::text::json, seeds::words::GRAPHS),
     format!("npy", Npy, seeds::binary::npy, seeds::words::BINARY),
+    format!("zip", Npz, seeds::binary::npz, seeds::words::BINARY),
+    Target {
+        name: "npz",
+        run: |bytes| read_as(&seeds::binary::zip_of(bytes), Some(Format::Npz)),
+        seeds: seeds::binary::arrays,
+        dictionary: seeds::words::BINARY,
+    },
     format!(
         "iros20",
         Iros20,

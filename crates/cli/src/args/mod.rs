@@ -37,8 +37,8 @@ use clap::{Parser, Subcommand};
       dose3 score --detector trusted.dose3 new/\n\n\
     Exit codes: 0 in distribution (or done); 1 a log is out of distribution; 2 an error, or a log that could \
     not be judged, whatever the others are.\n\
-    Formats are told by content: KITTI, TUM, EuRoC, RobotCar, csv with named columns, matrices, npy, \
-    IROS20, g2o, COLMAP, NeRF, Open3D; MCAP, ROS 1 and ROS 2 bags, PX4 ULog; .gz and .zst of text; \
+    Formats are told by content: KITTI, TUM, EuRoC, RobotCar, csv with named columns, matrices, JSON, \
+    npy, npz, IROS20, g2o, COLMAP, NeRF, Open3D; MCAP, ROS 1 and ROS 2 bags, PX4 ULog; .gz and .zst of text; \
     - is standard input.")]
 pub struct Args {
     /// What to do

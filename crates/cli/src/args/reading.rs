@@ -21,7 +21,7 @@ pub struct Reading {
     /// Rate of logs without stamps, or whose stamps only count poses, hertz (default: the data set's)
     #[arg(long, value_name = "HZ")]
     pub nominal_rate: Option<f64>,
-    /// Metres in one unit of the logs' positions
+    /// Metres in one unit of the logs' positions; replaces what a header says
     #[arg(long, value_name = "METRES", default_value_t = 1.0)]
     pub unit: f64,
     /// Stamps of a KITTI log, one line a pose (default: found beside it)
@@ -46,7 +46,8 @@ pub struct Reading {
     /// Lost tracking is an error instead of a gap
     #[arg(long)]
     pub strict: bool,
-    /// Topics of a recording (default: its only topic of poses; of a flight log the usual one)
+    /// Topics of a recording; topic, rigid body, list or array of a table, JSON or npz file with several (default: the only
+    /// one with poses; of a flight log the usual one)
     #[arg(long, value_name = "TOPIC")]
     pub topic: Vec<String>,
     /// Parent and child frame, like map:base_link, to be looked up in a recording's transforms

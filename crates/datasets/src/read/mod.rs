@@ -88,6 +88,10 @@ fn read(
         let table = motive::table(path, text, options)?;
         let format = named.then_some(format);
         let mut log = sheet::read(path, table.text.as_bytes(), format, None, options)?;
+        // The columns are those of the header that was made.
+        log.report
+            .remarks
+            .retain(|remark| remark.kind != RemarkKind::Columns);
         let words = format!("the rigid body `{}` of a table of Motive", table.body);
         let remark = Remark::new(RemarkKind::Columns, words).option(ReadOption::Topic);
         log.report.remarks.push(remark);

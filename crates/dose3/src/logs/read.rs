@@ -19,7 +19,7 @@ pub struct ReadOptions {
     pub frames: Vec<(String, Frame)>,
     /// Rate of logs without stamps, or whose stamps only count poses, hertz.
     pub nominal_rate: Option<f64>,
-    /// Metres in one unit of position.
+    /// Metres in one unit of position; other than 1, it replaces what a header says.
     pub unit: f64,
 }
 

@@ -29,7 +29,7 @@ class Reading(TypedDict, total=False):
     nominal_rate
         Rate of logs without stamps, hertz.
     unit
-        Metres in one unit of position.
+        Metres in one unit of position; replaces what a header says.
     times
         File with the stamps of a KITTI log.
     max_gap
@@ -45,7 +45,7 @@ class Reading(TypedDict, total=False):
     strict
         Whether lost tracking is an error instead of a gap, and a log that cannot be used stops a fit.
     topics
-        Topics of a recording.
+        Topics of a recording; topic, rigid body, list or array of a table, JSON or npz file with several.
     tf
         Parent and child frame to be looked up in a recording's transforms.
     stamp

@@ -336,7 +336,7 @@ impl Line<'_> {
 
 /// The error for a file that is no log.
 pub(crate) fn unknown(path: &Path, place: Place, found: &str, hint: &str) -> Error {
-    let expected = "poses as text (KITTI, TUM, EuRoC, RobotCar, csv with named columns, matrices), npy, or a recording";
+    let expected = "poses as text (KITTI, TUM, EuRoC, RobotCar, csv with named columns, matrices), JSON, npy, npz, or a recording";
     Error::input(path, place, expected, found, hint).option(ReadOption::Format)
 }
 
