@@ -235,7 +235,7 @@ fn a_stream_that_was_put_away_goes_on_to_the_last_bit() {
 type Alter = fn(&mut serde_json::Value);
 
 /// States that would hang, panic or count wrongly.
-const ALTERED: [(&str, Alter); 9] = [
+const ALTERED: [(&str, Alter); 11] = [
     ("no time between samples", |s| {
         s["sampler"]["period"] = 0.0.into()
     }),
@@ -257,6 +257,15 @@ const ALTERED: [(&str, Alter); 9] = [
     }),
     ("stamps that go back", |s| {
         s["ring"]["stamps"][0] = i64::MAX.into()
+    }),
+    ("samples behind those that are due", |s| {
+        let stamps = s["ring"]["stamps"].as_array_mut().unwrap();
+        let last = stamps.last_mut().unwrap();
+        *last = (last.as_i64().unwrap() + 1_000_000_000_000).into();
+    }),
+    ("a last pose at another time", |s| {
+        let stamp = s["intake"]["last"][0].as_i64().unwrap();
+        s["intake"]["last"][0] = (stamp - 1).into();
     }),
     ("another shape", |s| s["ring"]["steps"] = [1.0].into()),
 ];

@@ -188,6 +188,11 @@ impl Intake {
         self.settled && self.needed.is_none_or(same)
     }
 
+    /// Stamp of the last pose fed in this stretch.
+    pub fn last_fed(&self) -> Option<i64> {
+        self.last.as_ref().map(|(stamp, _)| *stamp)
+    }
+
     pub fn pushed(&self) -> u64 {
         self.pushed
     }

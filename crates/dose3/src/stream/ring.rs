@@ -128,7 +128,12 @@ impl Ring {
         self.stamps(poses).first().copied().unwrap_or_default()
     }
 
+    /// Stamp of the last pose of the stretch.
+    pub fn newest(&self) -> Option<i64> {
+        self.stamps.last().copied()
+    }
+
     pub fn last_stamp(&self) -> i64 {
-        self.stamps.last().copied().unwrap_or_default()
+        self.newest().unwrap_or_default()
     }
 }

@@ -71,6 +71,19 @@ impl Sampler {
         ordered && sampled && next
     }
 
+    /// Stamp of the latest pose of the stretch.
+    pub fn latest(&self) -> Option<i64> {
+        self.latest.as_ref().map(|(stamp, _)| *stamp)
+    }
+
+    /// Stamp of the last sample of the stretch.
+    pub fn last_sample(&self) -> Option<i64> {
+        match self.as_they_are {
+            true => self.latest(),
+            false => self.last_sample,
+        }
+    }
+
     /// Whether poses are samples as they are.
     pub fn takes_as_they_are(&self) -> bool {
         self.as_they_are

@@ -103,7 +103,9 @@ impl Monitor {
         let fits = state.intake.fits(&stream.intake)
             && state.sampler.fits(&stream.sampler)
             && state.sampler.takes_as_they_are() == state.intake.are_samples()
+            && state.sampler.latest() == state.intake.last_fed()
             && state.ring.fits(self.longest(), self.keeps_poses())
+            && state.ring.newest() == state.sampler.last_sample()
             && state.alarm.fits(self)
             && state.windows < MOST;
         if !fits {
