@@ -92,6 +92,9 @@ pub(crate) fn detect_bytes(
     if read::detect_json(text.as_str()) {
         return Ok(Format::Json);
     }
+    if read::detect_echo(text.as_str()) {
+        return Ok(Format::Echo);
+    }
     if read::detect_motive(text.as_str()) {
         return Ok(Format::Csv);
     }

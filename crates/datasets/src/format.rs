@@ -39,6 +39,8 @@ pub enum Format {
     Transforms,
     /// JSON with a list of poses, or an object a line.
     Json,
+    /// Messages as `rostopic echo` and `ros2 topic echo` print them.
+    Echo,
     /// Open3D `.log`: three numbers, then a 4x4 matrix.
     Open3d,
     /// An MCAP recording of ROS 1 or ROS 2.
@@ -57,7 +59,7 @@ pub enum Format {
 
 impl Format {
     /// The formats that can be read.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Kitti,
         Self::RobotCar,
         Self::Iros20,
@@ -73,6 +75,7 @@ impl Format {
         Self::Transforms,
         Self::Open3d,
         Self::Json,
+        Self::Echo,
         Self::Mcap,
         Self::Bag,
         Self::Rosbag2,
@@ -97,6 +100,7 @@ impl Format {
             Self::Transforms => "transforms",
             Self::Open3d => "open3d",
             Self::Json => "json",
+            Self::Echo => "echo",
             Self::Mcap => "mcap",
             Self::Bag => "bag",
             Self::Rosbag2 => "rosbag2",

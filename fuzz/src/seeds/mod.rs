@@ -33,6 +33,7 @@ pub fn everything() -> Vec<Vec<u8>> {
         text::transforms,
         text::open3d,
         text::json,
+        text::echo,
         binary::npy,
         binary::npz,
         binary::iros20,

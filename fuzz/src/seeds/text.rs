@@ -102,10 +102,24 @@ pub fn csv() -> Vec<Vec<u8>> {
                 format!("{i},{},{a},{b},{c},{w},{x},{y},{z}", 0.1 * i as f64)
             },
         ),
+        lines(
+            "t,gt_x,gt_y,gt_z,gt_qx,gt_qy,gt_qz,gt_qw,note\n[ms],[cm],[cm],[cm],[],[],[],[],\n",
+            |i, [x, y, z, a, b, c, w]| format!("{},{x},{y},{z},{a},{b},{c},{w},\"a, b\"", 100 * i),
+        ),
         lines("", |i, [x, y, z, a, b, c, w]| {
             format!("2020-09-13T12:26:{:02}.5Z,{x},{y},{z},{a},{b},{c},{w},", i)
         }),
     ]
+}
+
+/// Messages as ROS prints them.
+pub fn echo() -> Vec<Vec<u8>> {
+    vec![lines("", |i, [x, y, z, a, b, c, w]| {
+        format!(
+            "header:\n  stamp:\n    sec: 7\n    nanosec: {}\npose:\n  position:\n    x: {x}\n    y: {y}\n    z: {z}\n  orientation:\n    x: {a}\n    y: {b}\n    z: {c}\n    w: {w}\n  covariance:\n  - 0.0\n---",
+            10_000_000 * i
+        )
+    })]
 }
 
 /// JSON of many shapes: a list of objects, an object a line, lists side by side, matrices under numbers.

@@ -52,6 +52,7 @@ pub const ALL: &[Target] = &[
     ),
     format!("open3d", Open3d, seeds::text::open3d, seeds::words::TEXT),
     format!("json", Json, seeds::text::json, seeds::words::GRAPHS),
+    format!("echo", Echo, seeds::text::echo, seeds::words::GRAPHS),
     format!("npy", Npy, seeds::binary::npy, seeds::words::BINARY),
     format!("zip", Npz, seeds::binary::npz, seeds::words::BINARY),
     Target {

@@ -6,6 +6,8 @@ use crate::StampUnit;
 
 /// Rates that pose sources have, hertz.
 const PLAUSIBLE_HERTZ: std::ops::RangeInclusive<f64> = 0.5..=2000.0;
+/// Seconds between poses that are dated.
+const LONGEST_STEP: f64 = 1000.0;
 /// A reading under which the motion is this many times rougher is the wrong one.
 pub(crate) const DECIDED: f64 = 2.0;
 /// The same where a header or the habit of a format says otherwise.
@@ -33,22 +35,25 @@ pub(crate) fn stamps(values: &[f64], whole: bool) -> Stamps {
     let Some(&median) = sizes.get(sizes.len() / 2) else {
         return Stamps::Seconds;
     };
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.retain(|step| *step > 0.0);
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2).copied();
     // Dates lie close together; what grows from zero is none.
     let dates = sizes[sizes.len() / 10] > 0.8 * median;
-    // Seconds since 1970 from 1973 to 2096, and the same date in smaller units.
+    // Seconds since 1970 from 1973 to 2096, and the same date in smaller units; microseconds since a machine started have the
+    // size of a date in seconds, but not its steps.
     for unit in StampUnit::ALL {
         let factor = 10_f64.powi(9 - unit.shift());
-        if dates && (1e8 * factor..4e9 * factor).contains(&median) {
+        let steps = step.is_none_or(|step| step < LONGEST_STEP * factor);
+        if dates && steps && (1e8 * factor..4e9 * factor).contains(&median) {
             return match unit {
                 StampUnit::Seconds => Stamps::Seconds,
                 _ => Stamps::Unit(unit, "their size is that of a date since 1970"),
             };
         }
     }
-    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.retain(|step| *step > 0.0);
-    steps.sort_by(f64::total_cmp);
-    let Some(&step) = steps.get(steps.len() / 2) else {
+    let Some(step) = step else {
         return Stamps::Seconds;
     };
     if whole && step == 1.0 {
@@ -139,6 +144,7 @@ mod tests {
             (0.0, 33.3, false, Some(StampUnit::Milliseconds)),
             (0.0, 5e4, true, Some(StampUnit::Microseconds)),
             (0.0, 5e7, true, Some(StampUnit::Nanoseconds)),
+            (1.2e8, 1e5, true, Some(StampUnit::Microseconds)),
             (0.0, 0.005, false, None),
             (0.0, 2.0, true, None),
             (0.0, 2.5, false, None),

@@ -4,6 +4,7 @@ mod arrays;
 mod collect;
 pub(crate) mod columns;
 mod dates;
+mod echo;
 mod graphs;
 mod guess;
 mod iros20;
@@ -35,6 +36,7 @@ pub(crate) use arrays::is_stream;
 #[cfg(feature = "recordings")]
 pub(crate) use collect::Collector;
 pub(crate) use collect::euler_rotation;
+pub(crate) use echo::detect as detect_echo;
 pub(crate) use graphs::detect as detect_graph;
 pub(crate) use iros20::{frame_files, read_folder};
 pub(crate) use json::detect as detect_json;
@@ -106,6 +108,7 @@ fn read(
         Format::Transforms => graphs::read_transforms(path, bytes, options),
         Format::Open3d => graphs::read_open3d(path, bytes, options),
         Format::Npz => npz::read(path, bytes, options),
+        Format::Echo => echo::read(path, bytes, options),
         Format::Json => json::read(path, bytes, options),
         Format::Kitti | Format::Tum | Format::Euroc | Format::Csv | Format::Matrix => {
             let times = match format {

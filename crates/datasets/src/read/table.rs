@@ -41,8 +41,13 @@ impl Separator {
         fields.clear();
         match self {
             Self::Blanks => split_blanks(line, fields),
+            Self::Character(character)
+                if line.contains('"') && line.matches('"').count() % 2 == 0 =>
+            {
+                split_quoted(line, character, fields);
+            }
             Self::Character(character) => {
-                fields.extend(line.split(character).map(|field| unquoted(field.trim())));
+                fields.extend(line.split(character).map(str::trim));
             }
         }
     }
@@ -74,6 +79,20 @@ fn split_blanks<'a>(line: &'a str, fields: &mut Vec<&'a str>) {
         }
     }
     fields.extend(start.map(|from| &line[from..]));
+}
+
+/// Fields between separators, of which those within quotes are none.
+fn split_quoted<'a>(line: &'a str, separator: char, fields: &mut Vec<&'a str>) {
+    let (mut quoted, mut start) = (false, 0);
+    for (at, character) in line.char_indices() {
+        if character == '"' {
+            quoted = !quoted;
+        } else if character == separator && !quoted {
+            fields.push(unquoted(line[start..at].trim()));
+            start = at + character.len_utf8();
+        }
+    }
+    fields.push(unquoted(line[start..].trim()));
 }
 
 /// True where every field between blanks is a number with one comma in it.

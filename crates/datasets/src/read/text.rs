@@ -72,6 +72,10 @@ impl<'a> Text<'a> {
             let lines = content.split_inclusive('\n');
             content = Cow::Owned(lines.map(|line| without_last(line, separator)).collect());
         }
+        if lacks_first(&content) {
+            let lines = content.split_inclusive('\n');
+            content = Cow::Owned(lines.map(with_first).collect());
+        }
         let text = Self { content };
         if may_hold_blank_lines(text.content.as_bytes()) {
             let mut blank = 0;
@@ -124,6 +128,28 @@ fn may_hold_blank_lines(bytes: &[u8]) -> bool {
         found | ((*end == b'\n') & odd(*next))
     });
     found || bytes.first().is_some_and(|first| odd(*first))
+}
+
+/// Whether tabs separate fields of which the first has a name and is empty in some of the first lines: without white space at
+/// their ends, the others of these lines would stand in the columns before theirs.
+fn lacks_first(text: &str) -> bool {
+    let mut lines = text.lines().filter(|line| !line.trim().is_empty());
+    let Some(header) = lines.next() else {
+        return false;
+    };
+    let tabs = |line: &str| line.trim_end_matches(['\r', '\n']).matches('\t').count();
+    let mut data = lines.take(LINES_FOR_ENDS);
+    tabs(header) > 0
+        && header.starts_with(|c: char| c.is_ascii_alphabetic())
+        && data.any(|line| line.starts_with('\t') && tabs(line) == tabs(header))
+}
+
+/// A line of such a text, with something in the place of an empty first field.
+fn with_first(line: &str) -> String {
+    match line.starts_with('\t') && !line.trim().is_empty() {
+        true => format!("\"\"{line}"),
+        false => line.to_owned(),
+    }
 }
 
 /// Lines looked at to see whether they end in a separator.

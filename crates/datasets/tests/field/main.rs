@@ -1,6 +1,8 @@
 //! What real logs look like beyond the data sets: each kind is read to the right poses, stamps and rows, and what was
 //! assumed is said.
 
+mod bodies;
+mod echo;
 mod formats;
 mod json;
 mod npz;

@@ -76,7 +76,7 @@ impl Name {
             .trim_start_matches(['#', '%'])
             .trim()
             .trim_matches('"');
-        let lower = trimmed.to_ascii_lowercase();
+        let lower = indices(&trimmed.to_ascii_lowercase());
         let (mut plain, mut unit) = match lower.find(['[', '(']) {
             Some(at) => {
                 let inner = lower[at + 1..].trim_end_matches([']', ')']).trim();
@@ -110,6 +110,24 @@ impl Name {
             unit,
             tokens,
         }
+    }
+
+    /// Every way to take it as words before the name of a field, and that field alone; the fewest words first.
+    pub fn parts(&self) -> impl Iterator<Item = (String, Self)> + '_ {
+        (1..self.tokens.len()).map(|at| {
+            let field = Self {
+                text: self.text.clone(),
+                plain: self.tokens[at..].join("_"),
+                unit: self.unit.clone(),
+                tokens: self.tokens[at..].to_vec(),
+            };
+            (self.tokens[..at].join(" "), field)
+        })
+    }
+
+    /// A name that says nothing.
+    pub fn nothing() -> Self {
+        Self::new("-")
     }
 
     /// The role that the name says, with a rank: of several columns for one role the lowest is taken.
@@ -242,6 +260,26 @@ fn time_role(tokens: &[&str], last: &str) -> Option<(Role, usize)> {
     }
 }
 
+/// The entries of arrays that PX4 writes, `position[0]` to 2 and `q[0]` to 3 with w first, by the names of their axes.
+fn indices(name: &str) -> String {
+    let Some((array, index)) = name
+        .strip_suffix(']')
+        .and_then(|name| name.rsplit_once('['))
+    else {
+        return name.to_owned();
+    };
+    let axes = match array.rsplit(['.', '/', '_']).next() {
+        Some("position" | "pos") => "xyz",
+        Some("q") => "wxyz",
+        _ => return name.to_owned(),
+    };
+    let axis = index
+        .parse::<usize>()
+        .ok()
+        .and_then(|at| axes.chars().nth(at));
+    axis.map_or_else(|| name.to_owned(), |axis| format!("{array}_{axis}"))
+}
+
 /// Universal Robots: `actual_TCP_pose_0` to 5 are position and rotation vector, as are those of `target_TCP_pose`.
 fn tool_pose(tokens: &[&str]) -> Option<(Role, usize)> {
     let (rank, number) = match tokens {
@@ -309,8 +347,24 @@ pub(crate) fn by_header(names: &[Name]) -> Vec<(Role, usize)> {
         .any(|(role, _)| matches!(role, Role::Quaternion(_)))
     {
         roles.extend(unusual_quaternion(names));
+        roles.extend(second_triple(names));
     }
     roles
+}
+
+/// `x, y, z, w` behind another `x, y, z`, as tools write it that turn messages into columns.
+fn second_triple(names: &[Name]) -> Vec<(Role, usize)> {
+    let plain: Vec<&str> = names.iter().map(|name| name.plain.as_str()).collect();
+    let count = |wanted: &str| plain.iter().filter(|name| **name == wanted).count();
+    let at = plain
+        .windows(4)
+        .position(|four| four == ["x", "y", "z", "w"]);
+    match at {
+        Some(at) if count("x") == 2 && count("w") == 1 && plain[..at].contains(&"x") => (0..4)
+            .map(|part| (Role::Quaternion((part + 1) % 4), at + part))
+            .collect(),
+        _ => Vec::new(),
+    }
 }
 
 /// Four columns that only together are a quaternion: `rx, ry, rz, rw` of Unity, `ox, oy, oz, ow` of ZED.

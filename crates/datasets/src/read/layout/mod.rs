@@ -6,7 +6,7 @@ mod topics;
 
 use std::path::Path;
 
-use super::columns::{Name, by_header};
+use super::columns::{Name, by_header, length_unit, stamp_unit};
 use super::table::{Row, Separator, is_no_value, shorten};
 use super::text::{Line, Text};
 use crate::error::Place;
@@ -83,13 +83,16 @@ pub(crate) struct Head<'a> {
     pub comment: Option<Line<'a>>,
     /// The line before the data that is no comment and holds words.
     pub header: Option<Line<'a>>,
+    /// A line of units below it.
+    pub units: Option<Line<'a>>,
     /// The first lines of data.
     pub data: Vec<Line<'a>>,
 }
 
 /// True for a line that holds no data.
 pub(crate) fn is_comment(line: &str) -> bool {
-    line.starts_with(['#', '%']) || line.starts_with("//")
+    // Excel's first line says the separator.
+    line.starts_with(['#', '%']) || line.starts_with("//") || line.starts_with("sep=")
 }
 
 impl<'a> Head<'a> {
@@ -97,6 +100,7 @@ impl<'a> Head<'a> {
         let mut head = Self {
             comment: None,
             header: None,
+            units: None,
             data: Vec::new(),
         };
         for line in text.lines() {
@@ -106,6 +110,8 @@ impl<'a> Head<'a> {
                 }
             } else if head.data.is_empty() && head.header.is_none() && is_words(line.text) {
                 head.header = Some(line);
+            } else if head.data.is_empty() && head.header.is_some() && is_units(line.text) {
+                head.units = Some(line);
             } else {
                 head.data.push(line);
                 if head.data.len() == SAMPLE {
@@ -132,6 +138,33 @@ fn is_words(line: &str) -> bool {
             .starts_with(|c: char| c.is_ascii_alphabetic())
     });
     numbers.count() == 0 && words.count() >= 2 && fields.iter().any(|field| !is_no_value(field))
+}
+
+/// True for a line of units below a header: no field is a number, and most are units, perhaps in brackets.
+fn is_units(line: &str) -> bool {
+    let mut fields = Vec::new();
+    Separator::of(line).split(line, &mut fields);
+    let known = fields.iter().map(|field| unit_of(field)).filter(|unit| {
+        stamp_unit(unit)
+            .or(length_unit(unit).map(|_| StampUnit::Seconds))
+            .is_some()
+            || is_angle(unit)
+    });
+    let known = known.count();
+    known >= 3 && fields.iter().all(|field| field.parse::<f64>().is_err())
+}
+
+fn unit_of(field: &str) -> String {
+    field
+        .trim_matches(|c: char| "[]() ".contains(c))
+        .to_ascii_lowercase()
+}
+
+fn is_angle(unit: &str) -> bool {
+    matches!(
+        unit,
+        "deg" | "degree" | "degrees" | "rad" | "radian" | "radians" | "\u{b0}"
+    )
 }
 
 /// The names of a header line; blanks within a name, units in brackets behind a blank belong to it.
@@ -192,7 +225,15 @@ impl Layout {
         let mut fields = Vec::new();
         separator.split(first.text, &mut fields);
         let width = fields.len();
-        let header = head.header.map(|line| (line, names(line.text, separator)));
+        let mut header = head.header.map(|line| (line, names(line.text, separator)));
+        if let (Some((line, names)), Some(units)) = (&mut header, head.units) {
+            separator.split(units.text, &mut fields);
+            for (name, unit) in names.iter_mut().zip(&fields) {
+                name.unit = Some(unit_of(unit)).filter(|unit| !unit.is_empty());
+            }
+            // Data begin behind the units.
+            line.number = units.number;
+        }
         let comment = head.comment.map(|line| (line, names(line.text, separator)));
         let plain_names = |names: &[Name]| {
             names
@@ -237,7 +278,7 @@ impl Layout {
         }
         if let Some((line, names)) = &header {
             let (roles, shared) = match topics::of_header(path, *line, names, &options.topics)? {
-                Some(roles) => (roles, true),
+                Some(topic) => (topic.roles, topic.shared),
                 None => (by_header(names), false),
             };
             return match Self::from_roles(&roles, names, separator, width) {

@@ -105,7 +105,26 @@ impl Layout {
             }
             return Ok(layout);
         }
+        if let Some((stamp, lead, what)) = sample.lead() {
+            layout.stamp = stamp;
+            layout.set_quaternion(lead, true);
+            layout.more = width > lead + 7;
+            layout.columns = lead + 7;
+            let text = format!("{width} columns: {what}, position, quaternion");
+            layout
+                .remarks
+                .push(Remark::new(RemarkKind::Columns, text).option(ReadOption::Columns));
+            return Ok(layout);
+        }
         match width {
+            7 if !sample.is_quaternion(3) && sample.is_quaternion(0) => {
+                layout.position = [4, 5, 6];
+                layout.rotation = Rotation::Quaternion([3, 0, 1, 2]);
+                let text = "7 numbers a line: quaternion and position without a stamp";
+                layout
+                    .remarks
+                    .push(Remark::new(RemarkKind::Columns, text).option(ReadOption::Columns));
+            }
             7 if sample.is_quaternion(3) => {
                 layout.set_quaternion(0, true);
                 let text = "7 numbers a line: position and quaternion without a stamp";
@@ -325,6 +344,24 @@ impl Sample {
             .filter(|pair| pair[1][0] - pair[0][0] == 1.0)
             .count();
         whole && self.rows.len() > 1 && 2 * ups >= self.rows.len() - 1
+    }
+
+    /// What stands before position and quaternion where it is more than a stamp: seconds and nanoseconds, or a number and a
+    /// stamp.
+    fn lead(&self) -> Option<(Stamp, usize, &'static str)> {
+        if self.width < 9 || self.is_quaternion(4) || !self.is_quaternion(5) {
+            return None;
+        }
+        let parts = |row: &[f64]| {
+            row[0].fract() == 0.0 && row[1].fract() == 0.0 && (0.0..1e9).contains(&row[1])
+        };
+        // Nanoseconds are seldom small, and begin anew each second.
+        let large = self.rows.iter().any(|row| row[1] >= 1e6);
+        if self.rows.iter().all(|row| parts(row)) && large && !self.is_index() {
+            return Some((Stamp::Pair(0, 1), 2, "seconds and nanoseconds"));
+        }
+        self.is_index()
+            .then_some((Stamp::Column(1, None), 2, "a number, a stamp"))
     }
 
     /// The first column holds whole numbers of the size of nanoseconds since 1970.

@@ -56,6 +56,14 @@ impl Cell<'_> {
         }
     }
 
+    fn whole(&self) -> Option<i64> {
+        match self {
+            Self::Whole(number) => Some(*number),
+            Self::Word(word) => word.trim().parse().ok(),
+            Self::Number(_) | Self::Nothing => None,
+        }
+    }
+
     /// Adds it as it is written in a table; what is no number is no value.
     fn put(self, text: &mut String) {
         // Writing to a String cannot fail.
@@ -198,8 +206,9 @@ impl Shape {
                 part.cells.get(cell).copied()
             };
             if let Some([seconds, nanoseconds]) = &self.pair {
-                match (cell(seconds, 0), cell(nanoseconds, 0)) {
-                    (Some(Cell::Whole(seconds)), Some(Cell::Whole(part @ 0..1_000_000_000))) => {
+                let whole = |name| cell(name, 0)?.whole();
+                match (whole(seconds), whole(nanoseconds)) {
+                    (Some(seconds), Some(part @ 0..1_000_000_000)) => {
                         // Writing to a String cannot fail.
                         let _ = write!(text, "{seconds}.{part:09}");
                     }

@@ -199,7 +199,7 @@ fn key(part: &Part<'_>) -> String {
     let letters = last.chars().filter(char::is_ascii_alphanumeric);
     let key: String = letters.map(|c| c.to_ascii_lowercase()).collect();
     match key.strip_suffix('s') {
-        Some(one) if one.len() > 2 => one.to_owned(),
+        Some(one) if one.len() > 2 && !["trans", "campos"].contains(&&*key) => one.to_owned(),
         _ => key,
     }
 }
@@ -212,13 +212,12 @@ fn is_position(part: &Part<'_>) -> bool {
                 | "pos"
                 | "p"
                 | "translation"
-                | "tran"
+                | "trans"
                 | "t"
                 | "tvec"
                 | "location"
                 | "xyz"
-                | "campo"
-                | "center"
+                | "campos"
         )
 }
 
@@ -244,12 +243,12 @@ fn whole_pose<'p, 'a>(parts: &'p [Part<'a>]) -> Option<&'p Part<'a>> {
                 | "transformationmatrix"
         )
     };
-    let unit = |part: &Part<'_>| {
-        let squares = part.cells[3..7].iter().filter_map(Cell::number);
+    let unit = |part: &Part<'_>, at: usize| {
+        let squares = part.cells[at..at + 4].iter().filter_map(Cell::number);
         (squares.map(|value| value * value).sum::<f64>() - 1.0).abs() < UNIT_NORM
     };
     let size = |part: &&Part<'_>| match part.cells.len() {
-        7 => named(part) && unit(part),
+        7 => named(part) && (unit(part, 3) || unit(part, 0)),
         12 | 16 => named(part),
         // With a stamp or an index in front.
         8 | 13 | 17 => part.name.is_empty(),

@@ -93,7 +93,7 @@ fn suits(format: Format, layout: &Layout) -> bool {
     format == layout.format
         || matches!(
             format,
-            Format::Csv | Format::Npy | Format::Npz | Format::Json
+            Format::Csv | Format::Npy | Format::Npz | Format::Json | Format::Echo
         )
         || matches!((format, layout.format), (Format::Matrix, Format::Kitti))
         || headed && matches!(format, Format::Tum | Format::Euroc)
