@@ -84,24 +84,18 @@ pub(crate) fn detect_bytes(
     let short = whole && bytes.len() as u64 <= SAMPLE;
     let sample = if short { bytes } else { whole_lines(bytes) };
     let text = Text::new(path, sample, &mut LoadReport::default()).map_err(as_unknown)?;
-    if options.columns.is_none() && options.log_column.is_none() {
-        if let Some(format) = read::detect_graph(text.as_str()) {
-            return Ok(format);
-        }
-    }
-    if read::detect_json(text.as_str()) {
-        return Ok(Format::Json);
-    }
-    if read::detect_echo(text.as_str()) {
-        return Ok(Format::Echo);
-    }
-    if read::detect_motive(text.as_str()) {
-        return Ok(Format::Csv);
-    }
-    if options.columns.is_none() && options.log_column.is_none() {
-        if is_robotcar(text.as_str()) {
-            return Ok(Format::RobotCar);
-        }
+    // Who names columns means a table.
+    let named = options.columns.is_some() || options.log_column.is_some();
+    let of_tools = match read::detect_graph(text.as_str()) {
+        Some(format) if !named => Some(format),
+        _ if read::detect_json(text.as_str()) => Some(Format::Json),
+        _ if read::detect_echo(text.as_str()) => Some(Format::Echo),
+        _ if read::detect_motive(text.as_str()) => Some(Format::Csv),
+        _ if !named && is_robotcar(text.as_str()) => Some(Format::RobotCar),
+        _ => None,
+    };
+    if let Some(format) = of_tools {
+        return Ok(format);
     }
     Ok(Layout::find(path, &text, options)?.format)
 }

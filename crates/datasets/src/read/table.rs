@@ -42,7 +42,7 @@ impl Separator {
         match self {
             Self::Blanks => split_blanks(line, fields),
             Self::Character(character)
-                if line.contains('"') && line.matches('"').count() % 2 == 0 =>
+                if line.contains('"') && line.matches('"').count().is_multiple_of(2) =>
             {
                 split_quoted(line, character, fields);
             }

@@ -166,7 +166,7 @@ fn matrices_in_lists() {
 
 #[test]
 fn lists_side_by_side_and_numbered_records() {
-    let column = |of: &dyn Fn(usize, [f64; 3], [f64; 4]) -> String| list(|i, p, q| of(i, p, q));
+    let column = |of: &dyn Fn(usize, [f64; 3], [f64; 4]) -> String| list(of);
     check_json(&format!(
         "{{\"name\": \"run\", \"timestamps\": {}, \"positions\": {}, \"orientations\": {}}}",
         column(&|i, _, _| epoch(i)),
