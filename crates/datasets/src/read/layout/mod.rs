@@ -40,6 +40,17 @@ pub(crate) enum Rotation {
     Vector([usize; 3]),
 }
 
+impl Rotation {
+    /// Its columns.
+    pub fn columns(&self) -> &[usize] {
+        match self {
+            Self::Quaternion(columns) => columns,
+            Self::Matrix(columns) => columns,
+            Self::Angles(columns, _) | Self::Vector(columns) => columns,
+        }
+    }
+}
+
 /// Who says the order of the quaternion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Order {
@@ -144,14 +155,10 @@ fn is_words(line: &str) -> bool {
 fn is_units(line: &str) -> bool {
     let mut fields = Vec::new();
     Separator::of(line).split(line, &mut fields);
-    let known = fields.iter().map(|field| unit_of(field)).filter(|unit| {
-        stamp_unit(unit)
-            .or(length_unit(unit).map(|_| StampUnit::Seconds))
-            .is_some()
-            || is_angle(unit)
-    });
-    let known = known.count();
-    known >= 3 && fields.iter().all(|field| field.parse::<f64>().is_err())
+    let known =
+        |unit: &str| stamp_unit(unit).is_some() || length_unit(unit).is_some() || is_angle(unit);
+    let units = fields.iter().filter(|field| known(&unit_of(field))).count();
+    units >= 3 && fields.iter().all(|field| field.parse::<f64>().is_err())
 }
 
 fn unit_of(field: &str) -> String {
@@ -321,12 +328,7 @@ impl Layout {
 
     /// Whether a row has nothing in any column of the pose.
     pub fn has_no_pose(&self, row: &Row<'_, '_>) -> bool {
-        let rotation: &[usize] = match &self.rotation {
-            Rotation::Quaternion(columns) => columns,
-            Rotation::Matrix(columns) => columns,
-            Rotation::Angles(columns, _) | Rotation::Vector(columns) => columns,
-        };
-        let mut columns = self.position.iter().chain(rotation);
+        let mut columns = self.position.iter().chain(self.rotation.columns());
         columns.all(|column| {
             row.fields()
                 .get(*column)

@@ -75,11 +75,7 @@ impl Layout {
             (None, None, _) => Stamp::None,
         };
         let mut used: Vec<usize> = position.clone();
-        used.extend(match &rotation {
-            Rotation::Quaternion(columns) => &columns[..],
-            Rotation::Matrix(columns) => &columns[..],
-            Rotation::Angles(columns, _) | Rotation::Vector(columns) => &columns[..],
-        });
+        used.extend(rotation.columns());
         match stamp {
             Stamp::Column(column, _) | Stamp::Index(column) => used.push(column),
             Stamp::Pair(a, b) => used.extend([a, b]),

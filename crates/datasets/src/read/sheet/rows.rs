@@ -69,7 +69,7 @@ pub(super) fn plain_row(
             return None;
         }
     }
-    let columns = columns(&layout.rotation);
+    let columns = layout.rotation.columns();
     let mut values = [0.0; 9];
     for (column, value) in columns.iter().zip(&mut values) {
         *value = numbers.get(*column)?;
@@ -80,15 +80,6 @@ pub(super) fn plain_row(
     // The place is for a fault, which the general way finds again with the right one.
     let rotation = rotation(path, Place::File, &values, &layout.rotation, collector).ok()?;
     Some((time, pose(rotation, translation)))
-}
-
-/// The columns of a rotation.
-fn columns(rotation: &Rotation) -> &[usize] {
-    match rotation {
-        Rotation::Quaternion(columns) => columns,
-        Rotation::Matrix(columns) => columns,
-        Rotation::Angles(columns, _) | Rotation::Vector(columns) => columns,
-    }
 }
 
 /// True for numbers of a quaternion or a matrix that were never filled in.
@@ -181,7 +172,7 @@ fn read_pose(
     collector: &mut Collector<'_>,
 ) -> Result<Result<Pose, LostKind>, Error> {
     let names = Names(layout);
-    let columns = columns(&layout.rotation);
+    let columns = layout.rotation.columns();
     let mut values = [0.0; 9];
     let mut lost = false;
     for (part, (column, value)) in columns.iter().zip(&mut values).enumerate() {
