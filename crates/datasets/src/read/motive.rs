@@ -1,5 +1,6 @@
 //! Tables of OptiTrack's Motive: several lines of header above the columns of every rigid body, bone and marker.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use super::columns::length_unit;
@@ -53,12 +54,12 @@ pub(crate) fn table(path: &Path, text: &str, options: &LoadOptions) -> Result<Ta
     };
     let is_body = |column: &usize| types.get(*column) == Some(&"Rigid Body");
     let name = |column: usize| names.get(column).copied().unwrap_or_default();
-    let mut bodies: Vec<&str> = Vec::new();
-    for column in (0..types.len()).filter(is_body) {
-        if !bodies.contains(&name(column)) {
-            bodies.push(name(column));
-        }
-    }
+    let mut known = HashSet::new();
+    let columns = (0..types.len()).filter(is_body);
+    let mut bodies: Vec<&str> = columns
+        .map(name)
+        .filter(|body| known.insert(*body))
+        .collect();
     let all = bodies.join(", ");
     if !options.topics.is_empty() {
         bodies.retain(|body| options.topics.iter().any(|topic| topic == body));

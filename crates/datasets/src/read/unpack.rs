@@ -124,12 +124,21 @@ fn read_into(
         .take(limit + 1)
         .read_to_end(out)
         .map_err(|fault| damaged(path, kind, &fault))?;
-    if read as u64 > limit {
-        let found = format!("more than {} MiB of unpacked data", limit >> 20);
-        let hint = "a file that unpacks to so many times its size is no pose log";
-        return Err(Error::input(path, Place::File, "a pose log", found, hint));
+    match read as u64 > limit {
+        true => Err(beyond(path, limit)),
+        false => Ok(()),
     }
-    Ok(())
+}
+
+fn beyond(path: &Path, limit: u64) -> Error {
+    let found = format!("more than {} MiB of unpacked data", limit >> 20);
+    let hint = "a file that unpacks to so many times its size is no pose log";
+    Error::input(path, Place::File, "a pose log", found, hint)
+}
+
+/// The error for a file of `packed` bytes that holds more than it may.
+pub(super) fn too_much(path: &Path, packed: usize) -> Error {
+    beyond(path, limit(packed))
 }
 
 #[cfg(feature = "compression")]

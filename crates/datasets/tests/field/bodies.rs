@@ -150,3 +150,14 @@ fn numbers_before_the_pose_without_a_header() {
         join(&[x, y, z, w, p[0], p[1], p[2]], " ")
     })));
 }
+
+#[test]
+fn a_header_of_very_many_names_takes_no_time() {
+    let names: Vec<String> = (0..20_000).map(|i| format!("b{i}_x")).collect();
+    let words = "a_".repeat(60_000);
+    for head in [names.join(","), format!("{words}x,{words}y,{words}z")] {
+        let row = vec!["1"; head.matches(',').count() + 1].join(",");
+        let text = format!("{head}\n{row}\n{row}\n");
+        assert!(load_bytes("log.txt", text.as_bytes(), &LoadOptions::default()).is_err());
+    }
+}

@@ -218,6 +218,24 @@ fn what_is_no_log_is_refused() {
         .unwrap();
     locked[list + 8] |= 1;
     refused(&locked, &["with a password"]);
+    // A list that names the same bytes again and again.
+    let big = array(&[4000, 16], vec![0.0; 64_000]);
+    let one = zip(&[("a", big)], false);
+    let at = one
+        .windows(4)
+        .rposition(|part| part == b"PK\x01\x02")
+        .unwrap();
+    let end = one
+        .windows(4)
+        .rposition(|part| part == b"PK\x05\x06")
+        .unwrap();
+    let entries = one[at..end].repeat(400);
+    let mut tail = one[end..].to_vec();
+    tail[8..12].copy_from_slice(&[400_u16.to_le_bytes(); 2].concat());
+    refused(
+        &[&one[..at], &entries, &tail].concat(),
+        &["MiB of unpacked data"],
+    );
     // A zip file of something else.
     let other = zip(&[("poses", matrices())], false);
     let other: Vec<u8> = String::from_utf8_lossy(&other)

@@ -69,6 +69,9 @@ const OTHER: [&str; 18] = [
     "std",
 ];
 
+/// Words of the name of a field at most, as in `pose.pose.position.x`.
+const FIELD_WORDS: usize = 4;
+
 impl Name {
     pub fn new(text: &str) -> Self {
         let trimmed = text
@@ -114,7 +117,8 @@ impl Name {
 
     /// Every way to take it as words before the name of a field, and that field alone; the fewest words first.
     pub fn parts(&self) -> impl Iterator<Item = (String, Self)> + '_ {
-        (1..self.tokens.len()).map(|at| {
+        let first = self.tokens.len().saturating_sub(FIELD_WORDS).max(1);
+        (first..self.tokens.len()).map(|at| {
             let field = Self {
                 text: self.text.clone(),
                 plain: self.tokens[at..].join("_"),
@@ -123,11 +127,6 @@ impl Name {
             };
             (self.tokens[..at].join(" "), field)
         })
-    }
-
-    /// A name that says nothing.
-    pub fn nothing() -> Self {
-        Self::new("-")
     }
 
     /// The role that the name says, with a rank: of several columns for one role the lowest is taken.

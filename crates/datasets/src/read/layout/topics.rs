@@ -1,10 +1,14 @@
 //! Tables with the poses of several bodies or topics, told apart by what stands before the names of their fields.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use crate::read::columns::{Name, Role, by_header};
 use crate::read::text::Line;
 use crate::{Error, ReadOption};
+
+/// Topics that a message lists.
+const LISTED: usize = 8;
 
 /// The columns of one pose.
 pub(super) struct Topic {
@@ -49,8 +53,12 @@ pub(super) fn of_header(
         Error::input(path, line.place(), wanted, found, hint).option(ReadOption::Topic)
     };
     let list = |topics: &[Topic]| {
-        let names: Vec<&str> = topics.iter().map(|topic| topic.name.as_str()).collect();
-        names.join(", ")
+        let names = topics.iter().map(|topic| topic.name.as_str());
+        let listed: Vec<&str> = names.take(LISTED).collect();
+        match topics.len().saturating_sub(LISTED) {
+            0 => listed.join(", "),
+            more => format!("{} and {more} more", listed.join(", ")),
+        }
     };
     let all = list(&topics);
     if !chosen.is_empty() {
@@ -79,63 +87,114 @@ fn is_complete(roles: &[(Role, usize)]) -> bool {
             || count(|role| matches!(role, Role::Matrix(_))) == 9)
 }
 
+/// The columns of one topic, and their names without it.
+struct Group {
+    name: String,
+    columns: Vec<usize>,
+    fields: Vec<Name>,
+}
+
+/// Columns by what stands before the names of their fields, in the order in which that comes first.
+fn groups(names: &[Name], split: impl Fn(&Name) -> Option<(String, Name)>) -> Vec<Group> {
+    let mut places: HashMap<String, usize> = HashMap::new();
+    let mut groups: Vec<Group> = Vec::new();
+    for (column, name) in names.iter().enumerate() {
+        let Some((topic, field)) = split(name) else {
+            continue;
+        };
+        let place = *places.entry(topic).or_insert_with_key(|topic| {
+            groups.push(Group {
+                name: topic.clone(),
+                columns: Vec::new(),
+                fields: Vec::new(),
+            });
+            groups.len() - 1
+        });
+        groups[place].columns.push(column);
+        groups[place].fields.push(field);
+    }
+    groups
+}
+
+/// Roles among some columns.
+fn roles_of(columns: &[usize], fields: &[Name]) -> Vec<(Role, usize)> {
+    let roles = by_header(fields).into_iter();
+    roles.map(|(role, at)| (role, columns[at])).collect()
+}
+
+/// Topics that have all fields of a pose, with the stamps that belong to each.
+fn complete(
+    groups: Vec<Group>,
+    stamps: impl Fn(&str) -> Vec<(Role, usize)>,
+    shared: bool,
+) -> Vec<Topic> {
+    let topics = groups.into_iter().filter_map(|group| {
+        let mut roles = roles_of(&group.columns, &group.fields);
+        is_complete(&roles).then(|| {
+            roles.extend(stamps(&group.name));
+            Topic {
+                name: group.name,
+                roles,
+                shared,
+            }
+        })
+    });
+    topics.collect()
+}
+
 /// Poses whose fields are `TOPIC/position/x`, with stamps of the same topic or of the table.
 fn by_path(names: &[Name]) -> Vec<Topic> {
-    let found = names
-        .iter()
-        .filter_map(|name| Some(pose_of(name)?.0.to_owned()));
-    let roles = |topic: &str| {
-        let own = names
-            .iter()
-            .map(|name| match (stamp_of(name), pose_of(name)) {
-                (Some((above, stamp)), _) if is_below(topic, above) => Name::new(stamp),
-                (None, Some((of, field))) if of == topic => Name::new(field),
-                (None, None) if !name.text.contains('/') => name.clone(),
-                _ => Name::nothing(),
-            });
-        by_header(&own.collect::<Vec<_>>())
+    let poses = groups(names, |name| {
+        let (topic, field) = pose_of(name)?;
+        Some((topic.to_owned(), Name::new(field)))
+    });
+    let stamps: HashMap<String, Group> = groups(names, |name| {
+        let (topic, stamp) = stamp_of(name)?;
+        Some((topic.to_owned(), Name::new(stamp)))
+    })
+    .into_iter()
+    .map(|group| (group.name.clone(), group))
+    .collect();
+    let table = times(names, |name| !name.text.contains('/'));
+    let of = |topic: &str| {
+        // Those of the topic, of what it is a part of, and of the table, the nearest first.
+        let ends = topic
+            .match_indices('/')
+            .map(|(at, _)| at)
+            .chain([topic.len()]);
+        let own = ends.filter_map(|end| stamps.get(&topic[..end])).last();
+        match own {
+            Some(group) => roles_of(&group.columns, &group.fields),
+            None => table.clone(),
+        }
     };
-    complete(found, roles, true)
+    complete(poses, of, true)
 }
 
 /// Poses whose fields have the same words before them: `tcp x`, `left_qw`, `gt.x`.
 fn by_words(names: &[Name]) -> Vec<Topic> {
-    // The longest name that says a field of a pose, so that the words are those of a body and not of its position.
-    let split = |name: &Name| {
-        name.parts()
-            .find(|(_, field)| field.role().is_some_and(|(role, _)| !is_time(role)))
-    };
-    let found = names.iter().filter_map(|name| Some(split(name)?.0));
-    let roles = |words: &str| {
-        let own = names.iter().map(|name| match split(name) {
-            Some((before, field)) if before == words => field,
-            None if name.role().is_some_and(|(role, _)| is_time(role)) => name.clone(),
-            _ => Name::nothing(),
-        });
-        by_header(&own.collect::<Vec<_>>())
-    };
-    complete(found, roles, false)
+    let poses = groups(names, |name| {
+        // The longest name that says a field of a pose, so that the words are those of a body and not of its position.
+        let is_field = |field: &Name| field.role().is_some_and(|(role, _)| !is_time(role));
+        name.parts().find(|(_, field)| is_field(field))
+    });
+    let table = times(names, |_| true);
+    complete(poses, |_| table.clone(), false)
 }
 
-/// The topics that have all fields of a pose.
-fn complete(
-    found: impl Iterator<Item = String>,
-    roles: impl Fn(&str) -> Vec<(Role, usize)>,
-    shared: bool,
-) -> Vec<Topic> {
-    let mut topics: Vec<Topic> = Vec::new();
-    for name in found {
-        if topics.iter().all(|topic| topic.name != name) {
-            let roles = roles(&name);
-            topics.push(Topic {
-                name,
-                roles,
-                shared,
-            });
-        }
-    }
-    topics.retain(|topic| is_complete(&topic.roles));
-    topics
+/// Roles of stamps among the names that `of` takes.
+fn times(names: &[Name], of: impl Fn(&Name) -> bool) -> Vec<(Role, usize)> {
+    let is = |name: &&(usize, &Name)| {
+        let role = name.1.role();
+        of(name.1) && role.is_some_and(|(role, _)| is_time(role))
+    };
+    let all: Vec<(usize, &Name)> = names.iter().enumerate().collect();
+    let (columns, fields): (Vec<usize>, Vec<Name>) = all
+        .iter()
+        .filter(is)
+        .map(|(column, name)| (*column, (*name).clone()))
+        .unzip();
+    roles_of(&columns, &fields)
 }
 
 /// `/odom/pose/pose` and `position/x` of `/odom/pose/pose/position/x`.

@@ -55,7 +55,10 @@ pub(super) fn members<'a>(
             8 => Cow::Owned(unpack::deflate(path, packed, left)?),
             other => return Err(damaged(&format!("a member packed by method {other}"))),
         };
-        left = left.saturating_sub(content.len() as u64);
+        // Entries may name the same bytes again and again.
+        left = left
+            .checked_sub(content.len() as u64)
+            .ok_or_else(|| unpack::too_much(path, bytes.len()))?;
         if content.len() as u64 != entry.size {
             return Err(damaged("a member of another size than is said"));
         }
