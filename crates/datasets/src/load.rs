@@ -139,7 +139,12 @@ fn search(
             continue;
         }
         match detect_with(&path, options) {
-            Ok(found) if format.is_none_or(|wanted| wanted == found) => logs.push(path),
+            Ok(found) if format.is_none_or(|wanted| wanted == found) => {
+                match has_poses(&path, found, options) {
+                    true => logs.push(path),
+                    false => ignored.push((path, format!("{found} without poses"))),
+                }
+            }
             Ok(found) => ignored.push((path, format!("its format is {found}"))),
             Err(fault) => {
                 let reason = reason(&fault);
@@ -148,6 +153,20 @@ fn search(
         }
     }
     Ok(())
+}
+
+/// Whether a file of a folder holds poses; where it cannot be read that is said when it is.
+fn has_poses(path: &Path, format: Format, options: &LoadOptions) -> bool {
+    if !matches!(format, Format::Json | Format::Npz) {
+        return true;
+    }
+    let Ok(packed) = fs::read(path) else {
+        return true;
+    };
+    match read::unpack(path, &packed) {
+        Ok(bytes) => read::has_poses(path, &bytes, format, options),
+        Err(_) => true,
+    }
 }
 
 /// What is wrong with a file, without its path.

@@ -203,3 +203,37 @@ fn names_of_formats_are_read_back() {
     );
     assert!("synthetic".parse::<Format>().is_err(), "nothing to read");
 }
+
+/// JSON files of a folder are logs where they hold poses.
+#[test]
+fn other_json_beside_logs_is_passed_over() {
+    let root = tempfile::tempdir().unwrap();
+    let put = |name: &str, text: &str| fs::write(root.path().join(name), text).unwrap();
+    let pose = |x: usize| {
+        format!("{{\"t\": {x}.5, \"position\": [{x}, 0, 0], \"orientation\": [0, 0, 0, 1]}}")
+    };
+    let poses: Vec<String> = (0..5).map(pose).collect();
+    put("log.json", &format!("[{}]", poses.join(",")));
+    put("lines.jsonl", &poses.join("\n"));
+    put("cut.json", &format!("[{}", poses.join(",")));
+    put("config.json", "{\"rate\": 10, \"topics\": [\"a\", \"b\"]}");
+    put("names.json", "[{\"name\": \"a\"}, {\"name\": \"b\"}]");
+    put("events.jsonl", "{\"event\": 1}\n{\"event\": 2}\n");
+    put("out.log", "[INFO] start\n[INFO] end\n");
+    put("00.txt", &kitti(5));
+    let found = survey(root.path(), &LoadOptions::default()).unwrap();
+    assert_eq!(
+        relative(root.path(), &found.logs),
+        ["00.txt", "cut.json", "lines.jsonl", "log.json"]
+    );
+    assert_eq!(
+        relative(root.path(), &found.ignored),
+        ["config.json", "events.jsonl", "names.json", "out.log"]
+    );
+    assert!(
+        found
+            .reasons
+            .iter()
+            .all(|reason| reason == "json without poses")
+    );
+}

@@ -73,6 +73,15 @@ pub(crate) fn read_all(
     }
 }
 
+/// Whether the unpacked bytes of a file of this format hold poses: JSON and `.npz` files hold all kinds of things.
+pub(crate) fn has_poses(path: &Path, bytes: &[u8], format: Format, options: &LoadOptions) -> bool {
+    match format {
+        Format::Json => json::has_poses(bytes, options),
+        Format::Npz => npz::has_poses(path, bytes, options),
+        _ => true,
+    }
+}
+
 /// Reads the one log in the unpacked bytes of a file; `named` where the user said the format.
 ///
 /// `path` is for messages and names; where it is a file, times may lie beside it.

@@ -17,6 +17,21 @@ pub(crate) fn detect(text: &str) -> bool {
     text.trim_start().starts_with(['{', '['])
 }
 
+/// Whether a file among others is a log: what is damaged is one where it speaks of poses.
+pub(crate) fn has_poses(bytes: &[u8], options: &LoadOptions) -> bool {
+    let text = String::from_utf8_lossy(bytes);
+    let text = without_nan(text.trim_start_matches('\u{feff}'));
+    if let Ok(document) = serde_json::from_str::<Value>(&text) {
+        return records::any_poses(&lists::find(&document), options);
+    }
+    let first = text.lines().find(|line| !line.trim().is_empty());
+    if let Some(Ok(record)) = first.map(serde_json::from_str::<Value>) {
+        return records::any_poses(&[lists::of_values(vec![&record])], options);
+    }
+    let words = ["position", "pose", "transform", "translation"];
+    words.iter().any(|word| text.contains(&format!("\"{word}")))
+}
+
 /// The one list of poses in a text.
 pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Trajectory, Error> {
     let text = std::str::from_utf8(bytes).map_err(|fault| {

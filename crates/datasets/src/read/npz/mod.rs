@@ -25,21 +25,40 @@ struct Array {
     values: Values,
 }
 
-/// The one log in the arrays of a file: poses in one array, or in several side by side, with or without stamps.
-pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Trajectory, Error> {
+/// Whether a file among others is a log; one that is damaged is.
+pub(crate) fn has_poses(path: &Path, bytes: &[u8], options: &LoadOptions) -> bool {
+    arrays(path, bytes).map_or(true, |arrays| {
+        let lists: Vec<List<'_>> = lists(&arrays).collect();
+        arrays.iter().any(Array::is_matrices) || records::any_poses(&lists, options)
+    })
+}
+
+/// All arrays of numbers in a file.
+fn arrays(path: &Path, bytes: &[u8]) -> Result<Vec<Array>, Error> {
     let members = zip::members(path, bytes, |name| name.ends_with(".npy"))?;
     let mut arrays = Vec::new();
     for member in &members {
         let name = member.name.trim_end_matches(".npy").to_owned();
         let values = Stream::new(&member.content).take_any();
-        let values = values.map_err(|fault| {
-            let fault = npy_error(path, Place::File, fault);
-            in_array(fault, &name)
-        })?;
-        if let Some(array) = Array::new(name, values) {
-            arrays.push(array);
-        }
+        let values =
+            values.map_err(|fault| in_array(npy_error(path, Place::File, fault), &name))?;
+        arrays.extend(Array::new(name, values));
     }
+    Ok(arrays)
+}
+
+/// The arrays of each length, side by side.
+fn lists(arrays: &[Array]) -> impl Iterator<Item = List<'_>> {
+    let mut lengths: Vec<usize> = arrays.iter().map(|array| array.length).collect();
+    lengths.sort_unstable();
+    lengths.dedup();
+    lengths.retain(|length| *length > 1);
+    lengths.into_iter().map(|length| list(arrays, length))
+}
+
+/// The one log in the arrays of a file: poses in one array, or in several side by side, with or without stamps.
+pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Trajectory, Error> {
+    let mut arrays = arrays(path, bytes)?;
     if !options.topics.is_empty() {
         arrays.retain(|array| array.is_stamps() || options.topics.contains(&array.name));
     }
@@ -59,18 +78,11 @@ pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<T
         let fault = Error::input(path, Place::File, "one array of poses", found, hint);
         return Err(fault.option(ReadOption::Topic));
     }
-    let mut lengths: Vec<usize> = arrays.iter().map(|array| array.length).collect();
-    lengths.sort_unstable();
-    lengths.dedup();
     let stamps: Vec<&Array> = arrays.iter().filter(|array| array.is_stamps()).collect();
     let unit = stamps.iter().find_map(|array| array.unit());
     let mut options = options.clone();
     options.stamp_unit = options.stamp_unit.or(unit);
-    let lists = lengths
-        .iter()
-        .filter(|length| **length > 1)
-        .map(|length| list(&arrays, *length));
-    let log = records::read(path, lists.collect(), None, Format::Npz, &options)?;
+    let log = records::read(path, lists(&arrays).collect(), None, Format::Npz, &options)?;
     match stamps.first() {
         Some(array) if log.rate.source == RateSource::Unknown => {
             let found = format!("{} stamps in `{}`", array.length, array.name);

@@ -105,6 +105,12 @@ pub(super) fn read(
     Ok(log)
 }
 
+/// Whether some list looks like poses.
+pub(super) fn any_poses(lists: &[List<'_>], options: &LoadOptions) -> bool {
+    let as_named = options.columns.is_some();
+    lists.iter().any(|list| Shape::of(list, as_named).is_ok())
+}
+
 /// Reads a table below so many lines of header, of which each line is a record, that is a pose or a line of the file.
 pub(super) fn read_table(
     path: &Path,
