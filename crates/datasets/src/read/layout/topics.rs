@@ -162,7 +162,7 @@ fn by_path(names: &[Name]) -> Vec<Topic> {
             .match_indices('/')
             .map(|(at, _)| at)
             .chain([topic.len()]);
-        let own = ends.filter_map(|end| stamps.get(&topic[..end])).last();
+        let own = ends.rev().find_map(|end| stamps.get(&topic[..end]));
         match own {
             Some(group) => roles_of(&group.columns, &group.fields),
             None => table.clone(),
