@@ -184,16 +184,10 @@ fn by_words(names: &[Name]) -> Vec<Topic> {
 
 /// Roles of stamps among the names that `of` takes.
 fn times(names: &[Name], of: impl Fn(&Name) -> bool) -> Vec<(Role, usize)> {
-    let is = |name: &&(usize, &Name)| {
-        let role = name.1.role();
-        of(name.1) && role.is_some_and(|(role, _)| is_time(role))
-    };
-    let all: Vec<(usize, &Name)> = names.iter().enumerate().collect();
-    let (columns, fields): (Vec<usize>, Vec<Name>) = all
-        .iter()
-        .filter(is)
-        .map(|(column, name)| (*column, (*name).clone()))
-        .unzip();
+    let is = |name: &Name| of(name) && name.role().is_some_and(|(role, _)| is_time(role));
+    let found = names.iter().enumerate().filter(|(_, name)| is(name));
+    let (columns, fields): (Vec<usize>, Vec<Name>) =
+        found.map(|(column, name)| (column, name.clone())).unzip();
     roles_of(&columns, &fields)
 }
 
