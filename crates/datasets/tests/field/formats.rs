@@ -332,19 +332,6 @@ fn graphs_images_and_renderings() {
 
 #[test]
 fn arrays_of_every_shape() {
-    let array = |shape: &[u64], values: Vec<f64>| {
-        use npyz::WriterBuilder;
-        let mut bytes = Vec::new();
-        let mut writer = npyz::WriteOptions::new()
-            .default_dtype()
-            .shape(shape)
-            .writer(&mut bytes)
-            .begin_nd()
-            .unwrap();
-        writer.extend(values).unwrap();
-        writer.finish().unwrap();
-        bytes
-    };
     let n = POSES as u64;
     let flat = |rows: usize| {
         truth()

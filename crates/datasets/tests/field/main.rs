@@ -16,6 +16,7 @@ use dose3_datasets::{
     load_bytes,
 };
 use dose3_lie::{Pose, Rotation, Vector, so3};
+use npyz::WriterBuilder as _;
 
 const POSES: usize = 24;
 
@@ -47,6 +48,20 @@ fn rows() -> Vec<([f64; 3], [f64; 4])> {
             )
         })
         .collect()
+}
+
+/// An array as `numpy.save` writes it.
+fn array<T: npyz::AutoSerialize>(shape: &[u64], values: Vec<T>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut writer = npyz::WriteOptions::new()
+        .default_dtype()
+        .shape(shape)
+        .writer(&mut bytes)
+        .begin_nd()
+        .unwrap();
+    writer.extend(values).unwrap();
+    writer.finish().unwrap();
+    bytes
 }
 
 /// Lines made from stamp number, position and quaternion w, x, y, z.

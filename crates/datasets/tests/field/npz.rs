@@ -2,22 +2,7 @@
 
 use std::io::Write as _;
 
-use npyz::WriterBuilder as _;
-
 use super::*;
-
-fn array<T: npyz::AutoSerialize>(shape: &[u64], values: Vec<T>) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut writer = npyz::WriteOptions::new()
-        .default_dtype()
-        .shape(shape)
-        .writer(&mut bytes)
-        .begin_nd()
-        .unwrap();
-    writer.extend(values).unwrap();
-    writer.finish().unwrap();
-    bytes
-}
 
 /// A zip file; numpy writes 64-bit sizes before each member.
 fn zip(members: &[(&str, Vec<u8>)], deflated: bool) -> Vec<u8> {

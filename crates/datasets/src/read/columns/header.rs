@@ -395,7 +395,7 @@ fn matrix_from_zero(name: &str) -> Option<usize> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     fn roles(header: &str) -> Vec<(Role, usize)> {
@@ -405,7 +405,7 @@ mod tests {
         roles
     }
 
-    fn pose(start: usize, order: [usize; 4]) -> Vec<(Role, usize)> {
+    pub fn pose(start: usize, order: [usize; 4]) -> Vec<(Role, usize)> {
         let position = (0..3).map(|axis| (Role::Position(axis), start + axis));
         let quaternion = order.into_iter().enumerate();
         position

@@ -159,15 +159,8 @@ impl Columns {
 
 #[cfg(test)]
 mod tests {
+    use super::header::tests::pose;
     use super::*;
-
-    fn pose(start: usize, order: [usize; 4]) -> Vec<(Role, usize)> {
-        let position = (0..3).map(|axis| (Role::Position(axis), start + axis));
-        let quaternion = order.into_iter().enumerate();
-        position
-            .chain(quaternion.map(|(at, part)| (Role::Quaternion(part), start + 3 + at)))
-            .collect()
-    }
 
     #[test]
     fn users_may_say_columns_in_three_ways() {
