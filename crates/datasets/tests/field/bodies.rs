@@ -56,6 +56,12 @@ fn words_before_the_names_of_fields_tell_bodies_apart() {
         "t,x,y,z,qx,qy,qz,qw,{}\n{table}",
         fields("gt")
     )));
+    let three = lines(|i, p, q| {
+        let (own, other) = (w_last(p, q), w_last(elsewhere(p), q));
+        format!("{},{own},{other},{other}", epoch(i))
+    });
+    let head = format!("t,x,y,z,qx,qy,qz,qw,{},{}", fields("gt"), fields("est"));
+    check(&read(&format!("{head}\n{three}")));
 }
 
 #[test]

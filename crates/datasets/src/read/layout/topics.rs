@@ -33,15 +33,18 @@ pub(super) fn of_header(
     let mut topics = by_path(names);
     if topics.is_empty() {
         topics = by_words(names);
-        // Understood as it is, and all of it of one body: nothing has to be chosen.
-        let plain = is_complete(&by_header(names));
-        let known = |topic: &Topic| {
-            let columns = topic.roles.iter().filter(|(role, _)| !is_time(*role));
-            columns
-                .clone()
-                .all(|(_, column)| names[*column].role().is_some())
+        // Understood as it is, and of one body, or by names without a word before them: nothing has to be chosen.
+        let plain = by_header(names);
+        let known = topics.iter().filter(|topic| {
+            let mut columns = topic.roles.iter().filter(|(role, _)| !is_time(*role));
+            columns.all(|(_, column)| names[*column].role().is_some())
+        });
+        let has_words = |topic: &Topic| {
+            let mut columns = topic.roles.iter().filter(|(role, _)| !is_time(*role));
+            columns.any(|column| plain.contains(column))
         };
-        if plain && chosen.is_empty() && topics.iter().filter(|topic| known(topic)).count() < 2 {
+        let one = known.count() < 2 || !topics.iter().any(has_words);
+        if is_complete(&plain) && chosen.is_empty() && one {
             return Ok(None);
         }
     }
