@@ -35,7 +35,7 @@ def time_features_in_f32(golden):
 
     def forward(self, steps):
         half = self.linear1.in_features // 2
-        frequencies = torch.exp(torch.arange(half) * -(math.log(10000) / (half - 1)))
+        frequencies = torch.exp(torch.arange(half, device=steps.device) * -(math.log(10000) / (half - 1)))
         angles = steps[:, None] * frequencies[None, :]
         features = torch.cat([angles.sin(), angles.cos()], dim=1)
         return self.linear2(F.gelu(self.linear1(features)))

@@ -5,6 +5,7 @@ use dose3_engine::AdamConfig;
 use dose3_model::burn_unet::Flat;
 use dose3_model::{ModelError, ParameterLayout};
 
+use super::network::sum;
 use crate::trainer::LearnerState;
 
 /// Parameters, moments and averaged weights on a device.
@@ -48,7 +49,7 @@ impl DeviceAdam {
     /// As [`dose3_engine::Adam::step`], but where the gradient is not finite, neither are the parameters afterwards:
     /// whoever reads the norm, `[1]`, finds out.
     pub(super) fn step(&mut self, gradient: &Flat, rate: f32, ema_decay: f32) -> Tensor<1> {
-        let squares = gradient.pieces().iter().map(|g| g.clone().square().sum());
+        let squares = gradient.pieces().iter().map(|g| sum(g.clone().square()));
         let norm = squares.reduce(|a, b| a + b).expect("a parameter").sqrt();
         let AdamConfig {
             beta1,

@@ -5,7 +5,7 @@ use dose3_model::burn_unet::{Backend, JointNetwork};
 use dose3_model::joint::{FEATURES, JOINT_AXES, JointConfig, JointInput, JointParameters};
 
 use super::loss::upload;
-use super::network::{DeviceNetwork, Loss};
+use super::network::{DeviceNetwork, Loss, sum};
 use crate::error::Error;
 use crate::joint::{Batch, JointLearner};
 use crate::trainer::Rates;
@@ -88,7 +88,7 @@ fn pseudo_huber(batch: &Batch, device: &Device) -> impl FnOnce(Tensor<3>) -> Los
         let root = (square.clone() + 1.0).sqrt();
         let loss = square / (root.clone() + 1.0) * weights.clone();
         Loss {
-            terms: loss.sum(),
+            terms: sum(loss),
             gradient: error / root * weights,
         }
     }

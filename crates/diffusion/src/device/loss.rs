@@ -4,7 +4,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::UnitQuaternion;
 use rayon::prelude::*;
 
-use super::network::Loss;
+use super::network::{Loss, sum};
 use super::so3::{Logarithm, Quaternions, Tangent, Vectors, geodesic};
 use crate::process::RotationProcess;
 use crate::trainer::{BranchBatch, Objective, Target};
@@ -50,7 +50,7 @@ fn translation(
         .mean_dim(1); // [batch, 1]
     let slope = (x0.clone() + loss.eps_weight) / (samples * length * axes) as f64;
     Loss {
-        terms: Tensor::cat(vec![eps.clone().mean(), (eps * x0).mean()], 0),
+        terms: Tensor::cat(vec![mean(eps.clone()), mean(eps * x0)], 0),
         gradient: error.sign() * slope.unsqueeze_dim::<3>(2),
     }
 }
@@ -76,7 +76,7 @@ fn rotation(
     let wanted = Tangent::new(Vectors::of(noise)).exp();
     let (eps, gradient) = geodesic(&Tangent::new(estimate.clone()), &wanted);
     let mut gradient = gradient.scaled(loss.eps_weight);
-    let mut terms = vec![eps.mean()];
+    let mut terms = vec![mean(eps)];
     if loss.x0_weight > 0.0 {
         let weight = |t| loss.x0_weight * process.rotation_x0_damping(loss, t);
         let weight = per_sample(batch, &device, weight); // [batch, 1]
@@ -100,7 +100,7 @@ fn rotation(
                 (value, at_scaled.times(&(noise.neg() / signal)))
             }
         };
-        terms.push((value * weight.clone()).mean());
+        terms.push(mean(value * weight.clone()));
         gradient = gradient.plus(own.times(&weight));
     } else {
         terms.push(Tensor::zeros([1], &device));
@@ -116,6 +116,11 @@ fn per_sample(batch: &BranchBatch<'_>, device: &Device, of: impl Fn(usize) -> f6
     let values: Vec<f32> = batch.steps.iter().map(|t| of(*t) as f32).collect();
     let shape = [values.len(), 1];
     Tensor::from_data(TensorData::new(values, shape), device)
+}
+
+fn mean(values: Tensor<2>) -> Tensor<1> {
+    let count = values.shape().num_elements() as f64;
+    sum(values) / count
 }
 
 pub(super) fn upload(values: Vec<f32>, shape: [usize; 3], device: &Device) -> Tensor<3> {
