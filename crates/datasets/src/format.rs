@@ -27,7 +27,8 @@ pub enum Format {
     Csv,
     /// Text with the 3x4 or 4x4 matrix of a pose a line, with or without a stamp before it.
     Matrix,
-    /// One `.npy` array of poses: `(n, 4, 4)`, `(n, 3, 4)`, `(n, 12)`, `(n, 16)`, `(n, 7)` or `(n, 8)`.
+    /// One `.npy` array of poses: `(n, 4, 4)`, `(n, 3, 4)`, `(n, 12)`, `(n, 16)`, `(n, 7)` or `(n, 8)`, or of
+    /// records with named fields.
     Npy,
     /// A `.npz` file: several `.npy` arrays, each under a name.
     Npz,

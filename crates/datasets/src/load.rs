@@ -142,7 +142,13 @@ fn search(
             Ok(found) if format.is_none_or(|wanted| wanted == found) => {
                 match has_poses(&path, found, options) {
                     true => logs.push(path),
-                    false => ignored.push((path, format!("{found} without poses"))),
+                    false if options.topics.is_empty() => {
+                        ignored.push((path, format!("{found} without poses")));
+                    }
+                    false => {
+                        let topics = options.topics.join(", ");
+                        ignored.push((path, format!("{found} without poses of {topics}")));
+                    }
                 }
             }
             Ok(found) => ignored.push((path, format!("its format is {found}"))),

@@ -39,7 +39,8 @@ pub struct LoadOptions {
     /// Topics of a recording; the topic, rigid body, list or array of a table, JSON or npz file with several. Empty: the only one with
     /// poses; the usual one of a flight log.
     pub topics: Vec<String>,
-    /// Parent and child frame of a pose to be looked up in the transforms of a recording.
+    /// Parent and child frame of a pose to be looked up in the transforms of a recording; those of a printed
+    /// transform.
     pub tf: Option<(String, String)>,
     /// Take the time a message was recorded for its stamp, not the one in its header.
     pub record_time: bool,

@@ -237,3 +237,38 @@ fn other_json_beside_logs_is_passed_over() {
             .all(|reason| reason == "json without poses")
     );
 }
+
+#[test]
+fn files_without_the_topic_are_passed_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, content: &str| fs::write(folder.path().join(name), content).unwrap();
+    let fields = ["x", "y", "z", "qx", "qy", "qz", "qw"];
+    let table = |names: [&str; 2]| {
+        let head = names.map(|name| fields.map(|field| format!("{name}_{field}")).join(","));
+        let rows = [0, 1, 2].map(|i| format!("0.{i},{i},0,0,0,0,0,1,7,{i},0,0,0,0,1\n"));
+        format!("t,{}\n{}", head.join(","), rows.concat())
+    };
+    put("a.csv", &table(["gt", "est"]));
+    put("b.csv", &table(["left", "right"]));
+    let record =
+        |i| format!("{{\"t\": 0.{i}, \"left\": {{\"p\": [{i}, 0, 0], \"q\": [0, 0, 0, 1]}}}}");
+    put("c.json", &format!("[{}]", [0, 1, 2].map(record).join(",")));
+    put("d.tum", &tum(5));
+    let options = LoadOptions {
+        topics: vec!["est".to_owned()],
+        ..LoadOptions::default()
+    };
+    let survey = survey(folder.path(), &options).unwrap();
+    assert_eq!(relative(folder.path(), &survey.logs), ["a.csv", "d.tum"]);
+    assert_eq!(
+        survey.reasons,
+        [
+            "line 1: poses of left, right; choose one of these",
+            "json without poses of est"
+        ]
+    );
+    assert_eq!(
+        load_all(&[folder.path().to_path_buf()], &options).unwrap()[0].len(),
+        3
+    );
+}

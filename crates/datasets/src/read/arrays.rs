@@ -1,27 +1,33 @@
-//! One `.npy` array of poses: matrices, or positions with quaternions, with or without stamps.
+//! One `.npy` array of poses: matrices, positions with quaternions, or records of fields with names.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use super::collect::Collector;
 use super::iros20::{npy_error, push_matrix};
-use super::npy::{Array, Stream};
+use super::npy::{Array, Stream, Structured};
 use super::records;
 use crate::error::Place;
 use crate::{Error, Format, LoadOptions, RowKind, Trajectory};
 
 /// True for a file whose first array is a single 4x4 matrix: a stream of the IROS20 data.
 pub(crate) fn is_stream(bytes: &[u8]) -> bool {
-    match Stream::new(bytes).shape() {
-        Ok(shape) => shape == [4, 4],
-        Err(_) => true,
+    match (Structured::new(bytes), Stream::new(bytes).shape()) {
+        (None, Ok(shape)) => shape == [4, 4],
+        (records, _) => records.is_none(),
     }
 }
 
 pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Trajectory, Error> {
-    let array = Stream::new(bytes)
-        .take()
-        .map_err(|fault| npy_error(path, Place::Array(0), fault))?;
+    let fault = |fault| npy_error(path, Place::Array(0), fault);
+    if let Some(found) = Structured::new(bytes) {
+        let found = found.map_err(fault)?;
+        if options.columns.is_none() {
+            found.check().map_err(fault)?;
+        }
+        return records::read(path, vec![found.list("")], None, Format::Npy, options);
+    }
+    let array = Stream::new(bytes).take().map_err(fault)?;
     let mut collector = Collector::new(path, options);
     collector.rows_are(RowKind::Record);
     match *array.shape() {

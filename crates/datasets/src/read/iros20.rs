@@ -78,6 +78,13 @@ pub(crate) fn npy_error(path: &Path, place: Place, fault: NpyFault) -> Error {
             format!("dtype `{found}`"),
             "save the poses with numpy as float32 or float64",
         ),
+        NpyFault::Records(found) => Error::input(
+            path,
+            place,
+            "an array (n,) of records with numbers of dtype f4, f8, i4, i8 or dates under the names of a pose",
+            found,
+            "convert the fields of the pose with numpy's astype",
+        ),
     }
 }
 

@@ -106,6 +106,12 @@ fn a_line_of_units_and_one_for_excel() {
     check(&read(&format!(
         "time,x,y,z,roll,pitch,yaw\nms,cm,cm,cm,deg,deg,deg\n{table}"
     )));
+    // A fault of the header is at its line, one of the data at theirs.
+    refuse(
+        &format!("time,x,y,zz,roll,pitch,yaw\n[ms],[cm],[cm],[cm],[deg],[deg],[deg]\n{table}"),
+        &["log.txt:1:", "position x, y, z"],
+        Some(ReadOption::Columns),
+    );
     let table = lines(|i, p, q| format!("{},{}", epoch(i), w_last(p, q)).replace(',', ";"));
     check(&read(&format!("sep=;\ntime;x;y;z;qx;qy;qz;qw\n{table}")));
 }

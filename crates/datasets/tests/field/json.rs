@@ -236,3 +236,54 @@ fn what_is_no_list_of_poses_is_refused() {
     };
     check(&read_with(&odd, &options));
 }
+
+#[test]
+fn several_bodies_in_a_record_are_told_apart() {
+    let elsewhere = |p: [f64; 3]| [p[0] + 7.0, p[1], p[2]];
+    let lists = list(|i, p, q| {
+        format!(
+            "{{\"t\": {}, \"gt\": {{\"pos\": {}, \"orientation\": {}}}, \"est\": {{\"pos\": {}, \"orientation\": {}}}}}",
+            epoch(i),
+            numbers(&elsewhere(p)),
+            xyzw(q),
+            numbers(&p),
+            xyzw(q)
+        )
+    });
+    let body = |name: &str, p: [f64; 3], [w, x, y, z]: [f64; 4]| {
+        let values = [p[0], p[1], p[2], w, x, y, z].into_iter();
+        let names = ["x", "y", "z", "qw", "qx", "qy", "qz"].into_iter();
+        let fields = names.zip(values);
+        let fields = fields.map(|(field, value)| format!("\"{name}_{field}\": {value:.6}"));
+        fields.collect::<Vec<_>>().join(", ")
+    };
+    let flat = list(|i, p, q| {
+        let (gt, est) = (body("gt", elsewhere(p), q), body("est", p, q));
+        format!("{{\"t\": {}, {gt}, {est}}}", epoch(i))
+    });
+    for text in [&lists, &flat] {
+        refuse(text, &["2 of them", "gt", "est"], Some(ReadOption::Topic));
+        let of = |topic: &str| LoadOptions {
+            topics: vec![topic.to_owned()],
+            ..LoadOptions::default()
+        };
+        check(&read_with(text, &of("est")));
+        assert_eq!(read_with(text, &of("gt")).poses[0].translation.x, 7.0);
+        assert!(load_bytes("log.txt", text.as_bytes(), &of("middle")).is_err());
+    }
+}
+
+#[test]
+fn units_in_names_are_obeyed() {
+    let yaw = |i: usize| (0.02 * i as f64).to_degrees();
+    let log = check_json(&list(|i, p, _| {
+        let [x, y, z] = p.map(|value| 100.0 * value);
+        format!(
+            "{{\"t_ms\": {}, \"x_cm\": {x:.6}, \"y_cm\": {y:.6}, \"z_cm\": {z:.6}, \"roll_deg\": 0.0, \"pitch_deg\": 0.0, \"yaw_deg\": {:.6}}}",
+            100 * i,
+            yaw(i)
+        )
+    }));
+    assert_eq!(log.report.length_unit, Some(0.01));
+    assert!(remarked(&log, RemarkKind::Angles).contains("as the header says"));
+}

@@ -6,6 +6,7 @@ mod echo;
 mod formats;
 mod json;
 mod npz;
+mod structured;
 mod tools;
 mod values;
 

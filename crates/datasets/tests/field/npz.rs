@@ -5,7 +5,7 @@ use std::io::Write as _;
 use super::*;
 
 /// A zip file; numpy writes 64-bit sizes before each member.
-fn zip(members: &[(&str, Vec<u8>)], deflated: bool) -> Vec<u8> {
+pub fn zip(members: &[(&str, Vec<u8>)], deflated: bool) -> Vec<u8> {
     let (mut out, mut list) = (Vec::new(), Vec::new());
     for (name, content) in members {
         let mut crc = flate2::Crc::new();

@@ -28,6 +28,12 @@ pub(crate) enum Role {
     Matrix(usize),
 }
 
+impl Role {
+    pub fn is_time(self) -> bool {
+        matches!(self, Self::Stamp | Self::Seconds | Self::Nanoseconds)
+    }
+}
+
 /// Which columns of a text file hold the pose, as a user says it.
 ///
 /// One of `t,x,y,z,qw,qx,qy,qz` as roles in the order of the file's columns (`-` skips one); as many column numbers

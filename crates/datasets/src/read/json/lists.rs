@@ -25,6 +25,7 @@ pub(super) fn of_values(values: Vec<&Value>) -> List<'_> {
             parts
         }),
         stamps: None,
+        unit: None,
     }
 }
 
@@ -85,6 +86,7 @@ fn side_by_side(entries: &Map<String, Value>) -> Option<List<'_>> {
             parts
         }),
         stamps: None,
+        unit: None,
     })
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::records;
+use super::records::{self, List};
 use super::table::shorten;
 use crate::error::Place;
 use crate::{Error, Format, LoadOptions, Trajectory};
@@ -22,7 +22,7 @@ pub(crate) fn has_poses(bytes: &[u8], options: &LoadOptions) -> bool {
     let text = String::from_utf8_lossy(bytes);
     let text = without_nan(text.trim_start_matches('\u{feff}'));
     if let Ok(document) = serde_json::from_str::<Value>(&text) {
-        return records::any_poses(&lists::find(&document), options);
+        return records::any_poses(&lists_of(&document, options), options);
     }
     let first = text.lines().find(|line| !line.trim().is_empty());
     if let Some(Ok(record)) = first.map(serde_json::from_str::<Value>) {
@@ -48,10 +48,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<T
     let text = &*without_nan(text.trim_start_matches('\u{feff}'));
     match serde_json::from_str::<Value>(text) {
         Ok(document) => {
-            let mut lists = lists::find(&document);
-            if !options.topics.is_empty() {
-                lists.retain(|list| options.topics.contains(&list.name));
-            }
+            let lists = lists_of(&document, options);
             records::read(path, lists, None, Format::Json, options)
         }
         Err(fault) => {
@@ -62,6 +59,15 @@ pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<T
             Ok(log)
         }
     }
+}
+
+/// The lists of a document: those of the topics, which otherwise are bodies in the records of one.
+fn lists_of<'a>(document: &'a Value, options: &LoadOptions) -> Vec<List<'a>> {
+    let mut lists = lists::find(document);
+    if lists.iter().any(|list| options.topics.contains(&list.name)) {
+        lists.retain(|list| options.topics.contains(&list.name));
+    }
+    lists
 }
 
 /// Python writes NaN and Infinity, which are no JSON: taken as null, which is no value either.

@@ -12,6 +12,8 @@ use super::text::{Line, Text};
 use crate::error::Place;
 use crate::{Error, Format, LoadOptions, ReadOption, Remark, StampUnit};
 
+pub(crate) use topics::choose;
+
 /// Lines looked at to find the layout.
 const SAMPLE: usize = 40;
 /// Where the stamp is.
@@ -83,7 +85,7 @@ pub(crate) struct Layout {
     pub last_row: Option<[usize; 4]>,
     /// Names of columns, where there is a header.
     pub names: Vec<String>,
-    /// Line of a header that is no comment.
+    /// Line of a header that is no comment, or of the units below it.
     pub header_line: Option<usize>,
     pub remarks: Vec<Remark>,
 }
@@ -233,14 +235,14 @@ impl Layout {
         separator.split(first.text, &mut fields);
         let width = fields.len();
         let mut header = head.header.map(|line| (line, names(line.text, separator)));
-        if let (Some((line, names)), Some(units)) = (&mut header, head.units) {
+        if let (Some((_, names)), Some(units)) = (&mut header, head.units) {
             separator.split(units.text, &mut fields);
             for (name, unit) in names.iter_mut().zip(&fields) {
                 name.unit = Some(unit_of(unit)).filter(|unit| !unit.is_empty());
             }
-            // Data begin behind the units.
-            line.number = units.number;
         }
+        // Data begin behind the units.
+        let last_head = head.units.or(head.header).map(|line| line.number);
         let comment = head.comment.map(|line| (line, names(line.text, separator)));
         let plain_names = |names: &[Name]| {
             names
@@ -280,18 +282,22 @@ impl Layout {
                     .option(ReadOption::Columns)
                 })?;
             layout.order = Order::Given;
-            layout.header_line = header.map(|(line, _)| line.number);
+            layout.header_line = last_head;
             return Ok(layout);
         }
         if let Some((line, names)) = &header {
-            let (roles, shared) = match topics::of_header(path, *line, names, &options.topics)? {
+            let topic = choose(names, &options.topics).map_err(|(found, hint)| {
+                let wanted = "the columns of one pose";
+                Error::input(path, line.place(), wanted, found, hint).option(ReadOption::Topic)
+            })?;
+            let (roles, shared) = match topic {
                 Some(topic) => (topic.roles, topic.shared),
                 None => (by_header(names), false),
             };
             return match Self::from_roles(&roles, names, separator, width) {
                 Ok(mut layout) => {
                     layout.shared = shared;
-                    layout.header_line = Some(line.number);
+                    layout.header_line = last_head;
                     layout.name_columns(names);
                     Ok(layout)
                 }
@@ -301,7 +307,7 @@ impl Layout {
                         && names.len() != width
                         && let Ok(mut layout) = Self::by_numbers(path, &head, separator)
                     {
-                        layout.header_line = Some(line.number);
+                        layout.header_line = last_head;
                         return Ok(layout);
                     }
                     Err(not_understood(path, *line, names, &missing))

@@ -1,17 +1,14 @@
 //! Tables with the poses of several bodies or topics, told apart by what stands before the names of their fields.
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use crate::read::columns::{Name, Role, by_header};
-use crate::read::text::Line;
-use crate::{Error, ReadOption};
 
 /// Topics that a message lists.
 const LISTED: usize = 8;
 
 /// The columns of one pose.
-pub(super) struct Topic {
+pub(crate) struct Topic {
     /// What its names have in common.
     name: String,
     pub roles: Vec<(Role, usize)>,
@@ -19,28 +16,26 @@ pub(super) struct Topic {
     pub shared: bool,
 }
 
-/// The one pose of a header that is meant, where names are paths (PlotJuggler), or where it is understood only without the words
-/// before its fields; `None` for a header of one pose that is understood as it is.
+/// The one pose among named columns that is meant, where names are paths (PlotJuggler), or where it is understood only without
+/// the words before its fields; `None` for columns of one pose that are understood as they are.
 ///
 /// # Errors
-/// Several poses of which none is chosen, or none with the name chosen.
-pub(super) fn of_header(
-    path: &Path,
-    line: Line<'_>,
+/// Several poses of which none is chosen, or none with the name chosen: what was found, and what to do.
+pub(crate) fn choose(
     names: &[Name],
     chosen: &[String],
-) -> Result<Option<Topic>, Error> {
+) -> Result<Option<Topic>, (String, &'static str)> {
     let mut topics = by_path(names);
     if topics.is_empty() {
         topics = by_words(names);
         // Understood as it is, and of one body, or by names without a word before them: nothing has to be chosen.
         let plain = by_header(names);
         let known = topics.iter().filter(|topic| {
-            let mut columns = topic.roles.iter().filter(|(role, _)| !is_time(*role));
+            let mut columns = topic.roles.iter().filter(|(role, _)| !role.is_time());
             columns.all(|(_, column)| names[*column].role().is_some())
         });
         let has_words = |topic: &Topic| {
-            let mut columns = topic.roles.iter().filter(|(role, _)| !is_time(*role));
+            let mut columns = topic.roles.iter().filter(|(role, _)| !role.is_time());
             columns.any(|column| plain.contains(column))
         };
         let one = known.count() < 2 || !topics.iter().any(has_words);
@@ -51,10 +46,6 @@ pub(super) fn of_header(
     if topics.is_empty() {
         return Ok(None);
     }
-    let fault = |found: String, hint| {
-        let wanted = "the columns of one pose";
-        Error::input(path, line.place(), wanted, found, hint).option(ReadOption::Topic)
-    };
     let list = |topics: &[Topic]| {
         let names = topics.iter().map(|topic| topic.name.as_str());
         let listed: Vec<&str> = names.take(LISTED).collect();
@@ -69,16 +60,12 @@ pub(super) fn of_header(
     }
     match topics.len() {
         1 => Ok(topics.pop()),
-        0 => Err(fault(format!("poses of {all}"), "choose one of these")),
-        n => Err(fault(
+        0 => Err((format!("poses of {all}"), "choose one of these")),
+        n => Err((
             format!("{n} of them: {}", list(&topics)),
             "say which one is meant",
         )),
     }
-}
-
-fn is_time(role: Role) -> bool {
-    matches!(role, Role::Stamp | Role::Seconds | Role::Nanoseconds)
 }
 
 /// Whether roles make a pose.
@@ -178,7 +165,7 @@ fn by_path(names: &[Name]) -> Vec<Topic> {
 fn by_words(names: &[Name]) -> Vec<Topic> {
     let poses = groups(names, |name| {
         // The longest name that says a field of a pose, so that the words are those of a body and not of its position.
-        let is_field = |field: &Name| field.role().is_some_and(|(role, _)| !is_time(role));
+        let is_field = |field: &Name| field.role().is_some_and(|(role, _)| !role.is_time());
         name.parts().find(|(_, field)| is_field(field))
     });
     let table = times(names, |_| true);
@@ -187,7 +174,7 @@ fn by_words(names: &[Name]) -> Vec<Topic> {
 
 /// Roles of stamps among the names that `of` takes.
 fn times(names: &[Name], of: impl Fn(&Name) -> bool) -> Vec<(Role, usize)> {
-    let is = |name: &Name| of(name) && name.role().is_some_and(|(role, _)| is_time(role));
+    let is = |name: &Name| of(name) && name.role().is_some_and(|(role, _)| role.is_time());
     let found = names.iter().enumerate().filter(|(_, name)| is(name));
     let (columns, fields): (Vec<usize>, Vec<Name>) =
         found.map(|(column, name)| (column, name.clone())).unzip();

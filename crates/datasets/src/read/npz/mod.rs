@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::columns::{Name, Role};
 use super::iros20::npy_error;
-use super::npy::{Stream, Values};
+use super::npy::{Stream, Structured, Values};
 use super::records::{self, Cell, List, MOST, Part};
 use crate::error::Place;
 use crate::{Error, Format, LoadOptions, RateSource, ReadOption, StampUnit, Trajectory};
@@ -27,43 +27,88 @@ struct Array {
 
 /// Whether a file among others is a log; one that is damaged is.
 pub(crate) fn has_poses(path: &Path, bytes: &[u8], options: &LoadOptions) -> bool {
-    arrays(path, bytes).map_or(true, |arrays| {
-        let lists: Vec<List<'_>> = lists(&arrays).collect();
-        arrays.iter().any(Array::is_matrices) || records::any_poses(&lists, options)
+    let Ok(members) = members(path, bytes) else {
+        return true;
+    };
+    Arrays::new(path, &members, options).map_or(true, |arrays| {
+        let options = of_any_topic(options);
+        arrays.plain.iter().any(Array::is_matrices) || records::any_poses(&arrays.lists(), &options)
     })
 }
 
-/// All arrays of numbers in a file.
-fn arrays(path: &Path, bytes: &[u8]) -> Result<Vec<Array>, Error> {
-    let members = zip::members(path, bytes, |name| name.ends_with(".npy"))?;
-    let mut arrays = Vec::new();
-    for member in &members {
-        let name = member.name.trim_end_matches(".npy").to_owned();
-        let values = Stream::new(&member.content).take_any();
-        let values =
-            values.map_err(|fault| in_array(npy_error(path, Place::File, fault), &name))?;
-        arrays.extend(Array::new(name, values));
-    }
-    Ok(arrays)
+fn members<'a>(path: &Path, bytes: &'a [u8]) -> Result<Vec<zip::Member<'a>>, Error> {
+    zip::members(path, bytes, |name| name.ends_with(".npy"))
 }
 
-/// The arrays of each length, side by side.
-fn lists(arrays: &[Array]) -> impl Iterator<Item = List<'_>> {
-    let mut lengths: Vec<usize> = arrays.iter().map(|array| array.length).collect();
-    lengths.sort_unstable();
-    lengths.dedup();
-    lengths.retain(|length| *length > 1);
-    lengths.into_iter().map(|length| list(arrays, length))
+/// The arrays of a file.
+struct Arrays<'a> {
+    plain: Vec<Array>,
+    structured: Vec<(String, Structured<'a>)>,
+}
+
+impl<'a> Arrays<'a> {
+    /// All that hold numbers, or those of the topics.
+    fn new(
+        path: &Path,
+        members: &'a [zip::Member<'_>],
+        options: &LoadOptions,
+    ) -> Result<Self, Error> {
+        let (mut plain, mut structured) = (Vec::new(), Vec::new());
+        for member in members {
+            let name = member.name.trim_end_matches(".npy").to_owned();
+            let fault = |fault| in_array(npy_error(path, Place::File, fault), &name);
+            let chosen = options.topics.is_empty() || options.topics.contains(&name);
+            if let Some(records) = Structured::new(&member.content) {
+                if chosen {
+                    let records = records.map_err(fault)?;
+                    structured.push((name, records));
+                }
+                continue;
+            }
+            let values = Stream::new(&member.content).take_any().map_err(fault)?;
+            plain.extend(Array::new(name, values).filter(|array| chosen || array.is_stamps()));
+        }
+        Ok(Self { plain, structured })
+    }
+
+    /// The plain arrays of each length, side by side, and records, with the stamps beside them where they have none.
+    fn lists(&self) -> Vec<List<'_>> {
+        let mut lengths: Vec<usize> = self.plain.iter().map(|array| array.length).collect();
+        lengths.sort_unstable();
+        lengths.dedup();
+        lengths.retain(|length| *length > 1);
+        let plain = lengths.into_iter().map(|length| {
+            let own = self.plain.iter().filter(|array| array.length == length);
+            list(format!("arrays of length {length}"), length, own.collect())
+        });
+        let structured = self.structured.iter().map(|(name, records)| {
+            let own = records.list(name);
+            if records.has_stamps() {
+                return own;
+            }
+            let stamps = self.plain.iter().filter(|array| array.is_stamps());
+            let stamps = stamps.filter(|array| array.length == own.length);
+            let beside = list(name.clone(), own.length, stamps.collect());
+            List {
+                record: Box::new(move |index| {
+                    let mut parts = (own.record)(index);
+                    parts.extend((beside.record)(index));
+                    parts
+                }),
+                ..beside
+            }
+        });
+        plain.chain(structured).collect()
+    }
 }
 
 /// The one log in the arrays of a file: poses in one array, or in several side by side, with or without stamps.
 pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Trajectory, Error> {
-    let mut arrays = arrays(path, bytes)?;
-    if !options.topics.is_empty() {
-        arrays.retain(|array| array.is_stamps() || options.topics.contains(&array.name));
-    }
+    let members = members(path, bytes)?;
+    let arrays = Arrays::new(path, &members, options)?;
     // The one array of matrices is the pose, whatever its name.
     let matrices: Vec<&str> = arrays
+        .plain
         .iter()
         .filter(|array| array.is_matrices())
         .map(|array| array.name.as_str())
@@ -78,12 +123,16 @@ pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<T
         let fault = Error::input(path, Place::File, "one array of poses", found, hint);
         return Err(fault.option(ReadOption::Topic));
     }
-    let stamps: Vec<&Array> = arrays.iter().filter(|array| array.is_stamps()).collect();
-    let unit = stamps.iter().find_map(|array| array.unit());
-    let mut options = options.clone();
-    options.stamp_unit = options.stamp_unit.or(unit);
-    let log = records::read(path, lists(&arrays).collect(), None, Format::Npz, &options)?;
-    match stamps.first() {
+    if options.columns.is_none() {
+        for (name, records) in &arrays.structured {
+            let fault = |fault| in_array(npy_error(path, Place::File, fault), name);
+            records.check().map_err(fault)?;
+        }
+    }
+    let options = of_any_topic(options);
+    let log = records::read(path, arrays.lists(), None, Format::Npz, &options)?;
+    let mut stamps = arrays.plain.iter().filter(|array| array.is_stamps());
+    match stamps.next() {
         Some(array) if log.rate.source == RateSource::Unknown => {
             let found = format!("{} stamps in `{}`", array.length, array.name);
             let wanted = format!(
@@ -97,17 +146,24 @@ pub(crate) fn read(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<T
     }
 }
 
-/// The arrays of one length, side by side.
-fn list(arrays: &[Array], length: usize) -> List<'_> {
-    let own: Vec<&Array> = arrays
-        .iter()
-        .filter(|array| array.length == length)
-        .collect();
+/// Without the topics, which have been chosen.
+fn of_any_topic(options: &LoadOptions) -> LoadOptions {
+    LoadOptions {
+        topics: Vec::new(),
+        ..options.clone()
+    }
+}
+
+/// Arrays of one length, side by side.
+fn list(name: String, length: usize, own: Vec<&Array>) -> List<'_> {
+    let mut stamps = own.iter().filter(|array| array.is_stamps());
+    let unit = stamps.find_map(|array| array.unit());
     List {
-        name: format!("arrays of length {length}"),
+        name,
         length,
         record: Box::new(move |index| own.iter().map(|array| array.part(index)).collect()),
         stamps: None,
+        unit,
     }
 }
 

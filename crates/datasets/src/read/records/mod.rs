@@ -9,8 +9,10 @@ use std::path::Path;
 use super::{dates, sheet};
 use crate::error::Place;
 use crate::read::table::shorten;
-use crate::{Error, Format, LoadOptions, ReadOption, Remark, RemarkKind, RowKind, Trajectory};
-use shape::Shape;
+use crate::{
+    Error, Format, LoadOptions, ReadOption, Remark, RemarkKind, RowKind, StampUnit, Trajectory,
+};
+use shape::{NoShape, Shape};
 
 /// Numbers under one name at most, and names of a record at most: what is longer is no part of a pose.
 pub(super) const MOST: usize = 64;
@@ -44,6 +46,8 @@ pub(super) struct List<'a> {
     pub record: Records<'a>,
     /// Stamps under which the records stand.
     pub stamps: Option<Vec<&'a str>>,
+    /// The unit of the stamps among their values, where these are dates.
+    pub unit: Option<StampUnit>,
 }
 
 impl Cell<'_> {
@@ -91,7 +95,9 @@ pub(super) fn read(
 ) -> Result<Trajectory, Error> {
     let (list, shape) = one(path, lists, format, options)?;
     let mut options = options.clone();
-    options.stamp_unit = options.stamp_unit.or(shape.stamp_unit());
+    // Of columns that the user says nobody knows whether they are these stamps.
+    let unit = list.unit.filter(|_| options.columns.is_none());
+    options.stamp_unit = options.stamp_unit.or(unit).or(shape.stamp_unit());
     options.topics.clear();
     let text = shape.table(&list);
     let headers = usize::from(shape.has_header());
@@ -105,10 +111,14 @@ pub(super) fn read(
     Ok(log)
 }
 
-/// Whether some list looks like poses.
+/// Whether some list looks like poses, of the topics where these are said.
 pub(super) fn any_poses(lists: &[List<'_>], options: &LoadOptions) -> bool {
-    let as_named = options.columns.is_some();
-    lists.iter().any(|list| Shape::of(list, as_named).is_ok())
+    let mut shapes = lists.iter().map(|list| Shape::of(list, options));
+    shapes.any(|shape| match shape {
+        Ok(_) => true,
+        Err(NoShape::Bodies(..)) => options.topics.is_empty(),
+        Err(NoShape::Names(_)) => false,
+    })
 }
 
 /// Reads a table below so many lines of header, of which each line is a record, that is a pose or a line of the file.
@@ -163,9 +173,14 @@ fn one<'a>(
     let mut others = Vec::new();
     let mut found: Vec<(List<'a>, Shape)> = Vec::new();
     for list in lists {
-        match Shape::of(&list, options.columns.is_some()) {
+        match Shape::of(&list, options) {
             Ok(shape) => found.push((list, shape)),
-            Err(names) => others.push(names),
+            Err(NoShape::Names(names)) => others.push(names),
+            Err(NoShape::Bodies(words, hint)) => {
+                let wanted = "records of one pose";
+                let fault = Error::input(path, Place::File, wanted, words, hint);
+                return Err(fault.option(ReadOption::Topic));
+            }
         }
     }
     let names: Vec<&str> = found.iter().map(|(list, _)| list.name.as_str()).collect();

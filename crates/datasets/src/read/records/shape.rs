@@ -1,8 +1,9 @@
 //! Where records hold stamp, position and rotation.
 
 use super::{Cell, List, Part};
-use crate::StampUnit;
 use crate::read::columns::{Name, Role, by_header, stamp_unit};
+use crate::read::layout::choose;
+use crate::{LoadOptions, StampUnit};
 
 /// Records looked at for one with a pose.
 const SAMPLE: usize = 40;
@@ -35,15 +36,28 @@ pub(super) struct Shape {
     pub words: String,
 }
 
+/// Why records have no shape.
+pub(super) enum NoShape {
+    /// They hold no pose; their names.
+    Names(String),
+    /// They hold several; says which, and what to do.
+    Bodies(String, &'static str),
+}
+
 impl Shape {
-    /// The shape of the first records; their names where they hold no pose. `as_named` where the user says the columns.
-    pub fn of(list: &List<'_>, as_named: bool) -> Result<Self, String> {
+    /// The shape of the first records.
+    pub fn of(list: &List<'_>, options: &LoadOptions) -> Result<Self, NoShape> {
+        // Who names the list has chosen.
+        let chosen = match options.topics.contains(&list.name) {
+            true => &[][..],
+            false => &options.topics,
+        };
         let mut names = None;
         for index in 0..list.length.min(SAMPLE) {
             let parts = (list.record)(index);
-            let found = match as_named {
-                true => Some(Self::all(&parts)),
-                false => Self::find(&parts, list.stamps.is_some()),
+            let found = match options.columns {
+                Some(_) => Some(Self::all(&parts)),
+                None => Self::find(&parts, list.stamps.is_some(), chosen)?,
             };
             if let Some(shape) = found {
                 return Ok(shape);
@@ -53,7 +67,7 @@ impl Shape {
                 names.join(", ")
             });
         }
-        Err(names.unwrap_or_default())
+        Err(NoShape::Names(names.unwrap_or_default()))
     }
 
     /// Every number as a column under its own name.
@@ -79,19 +93,51 @@ impl Shape {
         }
     }
 
-    fn find(parts: &[Part<'_>], keys: bool) -> Option<Self> {
+    /// `chosen` are the names of the body that is meant, where one is said.
+    fn find(parts: &[Part<'_>], keys: bool, chosen: &[String]) -> Result<Option<Self>, NoShape> {
         let scalars: Vec<&Part<'_>> = parts.iter().filter(|part| part.cells.len() == 1).collect();
         let names: Vec<Name> = scalars.iter().map(|part| Name::new(&part.name)).collect();
-        let roles = by_header(&names);
+        let several = |(words, hint)| NoShape::Bodies(words, hint);
+        let body = body(parts, chosen).map_err(several)?;
+        let topic = match body {
+            Some(_) => None,
+            None => choose(&names, chosen).map_err(several)?,
+        };
+        if body.is_none() && topic.is_none() && !chosen.is_empty() {
+            return Ok(None);
+        }
+        let mut roles = topic.map_or_else(|| by_header(&names), |topic| topic.roles);
+        if body.is_some() {
+            roles.retain(|(role, _)| role.is_time());
+        }
+        let parts: Vec<&Part<'_>> = parts
+            .iter()
+            .filter(|part| body.is_none_or(|body| above(part) == body))
+            .collect();
+        Ok(Self::of_roles(&parts, &scalars, &names, &roles, keys))
+    }
+
+    /// The shape of parts, of which those of one number have roles by their names.
+    fn of_roles(
+        parts: &[&Part<'_>],
+        scalars: &[&Part<'_>],
+        names: &[Name],
+        roles: &[(Role, usize)],
+        keys: bool,
+    ) -> Option<Self> {
         let scalar = |role: Role| {
             let (_, at) = roles.iter().find(|(known, _)| *known == role)?;
             Some((scalars[*at].name.clone(), names[*at].unit.clone()))
         };
         let scalar_columns = |make: fn(usize) -> Role, headers: &[&str]| {
             let columns = headers.iter().enumerate().map(|(index, header)| {
+                let (name, unit) = scalar(make(index))?;
                 Some(Column {
-                    header: (*header).to_owned(),
-                    name: scalar(make(index))?.0,
+                    header: match unit {
+                        Some(unit) => format!("{header} [{unit}]"),
+                        None => (*header).to_owned(),
+                    },
+                    name,
                     cell: 0,
                 })
             });
@@ -183,6 +229,44 @@ const MATRIX: [&str; 9] = [
     "r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33",
 ];
 
+/// What stands above the last of the names of a part.
+fn above<'p>(part: &'p Part<'_>) -> &'p str {
+    part.name.rsplit_once('.').map_or("", |(above, _)| above)
+}
+
+/// The body whose parts lie side by side below one name: the only one, the chosen one, or that without a name.
+///
+/// # Errors
+/// Several of which none is chosen, and what to do.
+fn body<'p>(
+    parts: &'p [Part<'_>],
+    chosen: &[String],
+) -> Result<Option<&'p str>, (String, &'static str)> {
+    let mut names: Vec<&str> = parts.iter().map(above).collect();
+    names.sort_unstable();
+    names.dedup();
+    names.retain(|name| {
+        let own: Vec<&Part<'_>> = parts.iter().filter(|part| above(part) == *name).collect();
+        let turns = |part: &&Part<'_>| rotation(part, false).is_some();
+        whole_pose(&own).is_some()
+            || own.iter().any(|part| is_position(part)) && own.iter().any(turns)
+    });
+    if chosen.is_empty() && names.contains(&"") {
+        return Ok(Some(""));
+    }
+    if !chosen.is_empty() {
+        names.retain(|name| chosen.iter().any(|chosen| chosen == name));
+    }
+    match names[..] {
+        [] => Ok(None),
+        [name] => Ok(Some(name)),
+        _ => {
+            let words = format!("{} of them: {}", names.len(), names.join(", "));
+            Err((words, "say which one is meant"))
+        }
+    }
+}
+
 /// Columns of the first cells of a part.
 fn cells(part: &Part<'_>, count: usize, headers: &[&str]) -> Vec<Column> {
     let column = |cell: usize| Column {
@@ -222,7 +306,7 @@ fn is_position(part: &Part<'_>) -> bool {
 }
 
 /// A part that is a pose on its own: a matrix, or position and quaternion.
-fn whole_pose<'p, 'a>(parts: &'p [Part<'a>]) -> Option<&'p Part<'a>> {
+fn whole_pose<'p, 'a>(parts: &[&'p Part<'a>]) -> Option<&'p Part<'a>> {
     let named = |part: &Part<'_>| {
         matches!(
             key(part).as_str(),
@@ -247,14 +331,15 @@ fn whole_pose<'p, 'a>(parts: &'p [Part<'a>]) -> Option<&'p Part<'a>> {
         let squares = part.cells[at..at + 4].iter().filter_map(Cell::number);
         (squares.map(|value| value * value).sum::<f64>() - 1.0).abs() < UNIT_NORM
     };
-    let size = |part: &&Part<'_>| match part.cells.len() {
+    let size = |part: &Part<'_>| match part.cells.len() {
         7 => named(part) && (unit(part, 3) || unit(part, 0)),
         12 | 16 => named(part),
         // With a stamp or an index in front.
         8 | 13 | 17 => part.name.is_empty(),
         _ => false,
     };
-    parts.iter().find(|part| part.is_pose || size(part))
+    let mut parts = parts.iter().copied();
+    parts.find(|part| part.is_pose || size(part))
 }
 
 /// The columns of a rotation, and whether the names say which number is which.

@@ -4,6 +4,8 @@
 //! file claims, its parser recurses at every bracket and tries each
 //! level of them many times over, and it multiplies the sizes of the shape without a check.
 
+mod structured;
+
 use std::io::{self, Write};
 
 use npyz::{DType, NpyFile, NpyHeader, TimeUnits, TypeChar, WriterBuilder};
@@ -11,10 +13,12 @@ use npyz::{DType, NpyFile, NpyHeader, TimeUnits, TypeChar, WriterBuilder};
 use super::table::shorten;
 use crate::StampUnit;
 
+pub(crate) use structured::Structured;
+
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// A header of a pose array has 118 bytes; this is all that version 1 of the format can have.
 const LONGEST_HEADER: usize = 65_535;
-/// Brackets in a header: a pose array has two, an array of records (refused later, by name) a few more.
+/// Brackets in a header: a pose array has two; arrays of records are read elsewhere.
 const MOST_BRACKETS: usize = 16;
 /// Brackets within brackets: the shape of a field of a record is at the fourth level. The parser takes seconds for 14 of them.
 const DEEPEST: usize = 4;
@@ -30,6 +34,8 @@ pub(crate) enum NpyFault {
     NotNpy(String),
     /// An array of something else than f4 or f8; holds the dtype.
     Dtype(String),
+    /// Records that hold no poses; says why.
+    Records(String),
 }
 
 /// Arrays one after another.
