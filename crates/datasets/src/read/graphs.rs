@@ -2,16 +2,18 @@
 
 use std::path::Path;
 
-use dose3_lie::{Pose, Rotation};
+use dose3_lie::Pose;
 use serde::Deserialize;
 
-use super::collect::{Collector, pose};
+use super::collect::{Collector, euler_rotation, pose};
 use super::iros20::pose_or_lost;
 use super::layout::is_comment;
 use super::table::{Row, Separator, is_no_value};
 use super::text::{Line, Text};
 use crate::error::Place;
-use crate::{Error, Format, LoadOptions, LostKind, Remark, RemarkKind, RowKind, Trajectory};
+use crate::{
+    Error, Format, LoadOptions, LostKind, ReadOption, Remark, RemarkKind, RowKind, Trajectory,
+};
 
 /// The format that the first lines of a text are of, where it is one of these.
 pub(crate) fn detect(text: &str) -> Option<Format> {
@@ -32,11 +34,16 @@ pub(crate) fn detect(text: &str) -> Option<Format> {
         .take(5)
         .collect();
     let first = lines.first()?;
-    if first.starts_with("VERTEX_SE3")
-        || first.starts_with("VERTEX_SE2")
-        || first.starts_with("EDGE_SE")
-        || first.starts_with("PARAMS_SE3")
-    {
+    let graph = [
+        "VERTEX_SE",
+        "EDGE_SE",
+        "PARAMS_SE3",
+        "VERTEX2 ",
+        "VERTEX3 ",
+        "EDGE2 ",
+        "EDGE3 ",
+    ];
+    if graph.iter().any(|tag| first.starts_with(tag)) {
         return Some(Format::G2o);
     }
     let widths: Vec<usize> = lines
@@ -99,6 +106,67 @@ fn places(numbers: &[u64]) -> Vec<usize> {
     numbers.iter().enumerate().map(place).collect()
 }
 
+/// How a vertex is written.
+#[derive(Clone, Copy)]
+enum Vertex {
+    /// `VERTEX_SE2` of g2o, `VERTEX2` of TORO: x, y, yaw.
+    Planar,
+    /// `VERTEX3` of TORO: x, y, z, roll, pitch, yaw.
+    Angles,
+    /// `VERTEX_SE3:QUAT` of g2o: x, y, z, qx, qy, qz, qw.
+    Quaternion,
+}
+
+impl Vertex {
+    fn of(tag: &str) -> Option<Self> {
+        match tag {
+            "VERTEX2" => Some(Self::Planar),
+            "VERTEX3" => Some(Self::Angles),
+            tag if tag.starts_with("VERTEX_SE2") => Some(Self::Planar),
+            tag if tag.starts_with("VERTEX_SE") => Some(Self::Quaternion),
+            _ => None,
+        }
+    }
+
+    /// Fields of a line.
+    fn columns(self) -> usize {
+        match self {
+            Self::Planar => 5,
+            Self::Angles => 8,
+            Self::Quaternion => 9,
+        }
+    }
+}
+
+/// Leaves the vertices of one robot: the first byte of GTSAM's keys is a letter for each.
+fn choose_robot(
+    path: &Path,
+    vertices: &mut Vec<Numbered>,
+    options: &LoadOptions,
+) -> Result<(), Error> {
+    let letter = |number: u64| match (number >> 56) as u8 {
+        letter @ b'!'..=b'~' => char::from(letter).to_string(),
+        other => other.to_string(),
+    };
+    let mut letters: Vec<String> = vertices
+        .iter()
+        .map(|vertex| letter(vertex.number))
+        .collect();
+    letters.sort_unstable();
+    letters.dedup();
+    if letters.len() < 2 {
+        return Ok(());
+    }
+    vertices.retain(|vertex| options.topics.contains(&letter(vertex.number)));
+    if options.topics.len() == 1 && !vertices.is_empty() {
+        return Ok(());
+    }
+    let found = format!("keys of {}: {}", letters.len(), letters.join(", "));
+    let hint = "say the letter of the one that is meant";
+    let fault = Error::input(path, Place::File, "the poses of one robot", found, hint);
+    Err(fault.option(ReadOption::Topic))
+}
+
 /// The vertices of a graph in order of their numbers.
 pub(crate) fn read_g2o(
     path: &Path,
@@ -109,14 +177,12 @@ pub(crate) fn read_g2o(
     let text = Text::new(path, bytes, &mut collector.report)?;
     let mut fields = Vec::new();
     let mut vertices: Vec<Numbered> = Vec::new();
-    for line in text
-        .lines()
-        .filter(|line| line.text.starts_with("VERTEX_SE"))
-    {
+    for line in text.lines() {
         Separator::Blanks.split(line.text, &mut fields);
         let row = Row::new(path, &line, &fields);
-        let planar = fields[0].starts_with("VERTEX_SE2");
-        let columns = if planar { 5 } else { 9 };
+        let kind = fields.first().and_then(|tag| Vertex::of(tag));
+        let Some(kind) = kind else { continue };
+        let columns = kind.columns();
         if row.is_cut_off(columns, None) {
             collector.report.truncated_tail += 1;
             continue;
@@ -124,10 +190,13 @@ pub(crate) fn read_g2o(
         if row.len() != columns {
             return Err(row.wrong_length(
                 format!("{columns} fields"),
-                "a vertex is `VERTEX_SE3:QUAT id x y z qx qy qz qw` or `VERTEX_SE2 id x y theta`",
+                "a vertex is `VERTEX_SE3:QUAT id x y z qx qy qz qw`, `VERTEX3 id x y z roll pitch yaw` or `VERTEX_SE2 id x y theta`",
             ));
         }
-        let id = row.number(1, "the number of the vertex")?.max(0.0) as u64;
+        let id = match row.fields()[1].parse() {
+            Ok(id) => id,
+            Err(_) => row.number(1, "the number of the vertex")?.max(0.0) as u64,
+        };
         let mut add = |found| {
             vertices.push(Numbered {
                 number: id,
@@ -142,32 +211,28 @@ pub(crate) fn read_g2o(
             add(Err(LostKind::Nan));
             continue;
         }
-        let found = if planar {
-            let yaw = row.number(4, "theta")?;
-            let rotation = Rotation::from_euler_angles(0.0, 0.0, yaw);
-            pose(
-                rotation,
-                [row.coordinate(2, "x")?, row.coordinate(3, "y")?, 0.0],
-            )
-        } else {
-            let q = [
-                row.number(8, "qw")?,
-                row.number(5, "qx")?,
-                row.number(6, "qy")?,
-                row.number(7, "qz")?,
-            ];
-            let rotation = collector.quaternion(row.place(), q[0], q[1], q[2], q[3])?;
-            pose(
-                rotation,
-                [
-                    row.coordinate(2, "x")?,
-                    row.coordinate(3, "y")?,
-                    row.coordinate(4, "z")?,
-                ],
-            )
+        let (x, y) = (row.coordinate(2, "x")?, row.coordinate(3, "y")?);
+        let number = |column, name| row.number(column, name);
+        let found = match kind {
+            Vertex::Planar => {
+                let yaw = number(4, "theta")?;
+                pose(euler_rotation(0.0, 0.0, yaw), [x, y, 0.0])
+            }
+            Vertex::Angles => {
+                let (roll, pitch) = (number(5, "roll")?, number(6, "pitch")?);
+                let rotation = euler_rotation(roll, pitch, number(7, "yaw")?);
+                pose(rotation, [x, y, row.coordinate(4, "z")?])
+            }
+            Vertex::Quaternion => {
+                let [x_part, y_part, z_part, w] =
+                    [5, 6, 7, 8].map(|column| number(column, "the quaternion"));
+                let rotation = collector.quaternion(row.place(), w?, x_part?, y_part?, z_part?)?;
+                pose(rotation, [x, y, row.coordinate(4, "z")?])
+            }
         };
         add(Ok(found));
     }
+    choose_robot(path, &mut vertices, options)?;
     let sorted = vertices.is_sorted_by_key(|vertex| vertex.number);
     vertices.sort_by_key(|vertex| vertex.number);
     let text = if sorted {

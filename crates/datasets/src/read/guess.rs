@@ -24,6 +24,8 @@ pub(crate) enum Stamps {
     Index,
     /// Seconds, and nothing against it.
     Seconds,
+    /// Steps of 100 ns since the year 1601 or 1, as Windows counts.
+    Ticks,
 }
 
 /// Judges stamps by their size: dates are told by their magnitude, others by the rate that each unit makes.
@@ -41,6 +43,10 @@ pub(crate) fn stamps(values: &[f64], whole: bool) -> Stamps {
     let step = steps.get(steps.len() / 2).copied();
     // Dates lie close together; what grows from zero is none.
     let dates = sizes[sizes.len() / 10] > 0.8 * median;
+    // Ticks since 1601 from 2000 to 2044, and since 1 from 1997 to 2060; as nanoseconds they would be half a year in 1974 or 1990.
+    if dates && ((1.26e17..1.4e17).contains(&median) || (6.3e17..6.5e17).contains(&median)) {
+        return Stamps::Ticks;
+    }
     // Seconds since 1970 from 1973 to 2096, and the same date in smaller units; microseconds since a machine started have the
     // size of a date in seconds, but not its steps.
     for unit in StampUnit::ALL {

@@ -49,7 +49,7 @@ pub(crate) fn read(
     let longest = parts.iter().max_by_key(|part| part.lines.len());
     let longest = longest.map_or(&[][..], |part| &part.lines);
     let sample = Sample::new(path, longest, &layout);
-    let clock = sheet::settle(&mut layout, &sample, options, &mut shared);
+    let clock = sheet::settle(path, &mut layout, &sample, options, &mut shared)?;
     shared.report.length_unit = (layout.metres != 1.0).then_some(layout.metres);
     let logs = parts.iter().zip(unsorted).map(|(part, unsorted)| {
         let mut collector = Collector::new(path, options);

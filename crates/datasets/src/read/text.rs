@@ -331,7 +331,7 @@ pub(crate) struct Signature {
 
 /// Recognises files that are surely no text, to name them instead of complaining about bytes.
 pub(crate) fn signature(bytes: &[u8]) -> Option<Signature> {
-    let known: [(&[u8], &str, &str); 9] = [
+    let known: [(&[u8], &str, &str); 11] = [
         (
             b"\x93NUMPY",
             "a numpy array",
@@ -365,6 +365,16 @@ pub(crate) fn signature(bytes: &[u8]) -> Option<Signature> {
         ),
         (b"PAR1", "a parquet table", "save the table as csv"),
         (b"\x89HDF", "an HDF5 file", "save the poses as csv or npy"),
+        (
+            b"# .PCD",
+            "a point cloud (PCD)",
+            "save the poses as text, one a line: LIO-SAM's transformations.pcd holds x, y, z, roll, pitch, yaw and time",
+        ),
+        (
+            b"ply\n",
+            "a point cloud (PLY)",
+            "give the file that holds the poses",
+        ),
     ];
     if bytes.len() > 9 && bytes[8..].starts_with(b"{\"__metadata__\"") {
         return Some(Signature {

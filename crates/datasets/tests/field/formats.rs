@@ -249,6 +249,30 @@ fn graphs_images_and_renderings() {
         )
     });
     check(&read(&planar));
+    // TORO.
+    let yaw = |i: usize| 0.02 * i as f64;
+    let toro = lines(|i, p, _| format!("VERTEX3 {i} {} 0 0 {:.6}", join(&p, " "), yaw(i)));
+    check(&read(&format!(
+        "{toro}EDGE3 0 1 0.8 0 0 0 0 0.02 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n"
+    )));
+    let toro = lines(|i, p, _| format!("VERTEX2 {i} {:.6} {:.6} {:.6}", p[0], p[1], yaw(i)));
+    check(&read(&toro));
+    // GTSAM's keys have a letter for each robot in their first byte.
+    let keys = |letter: u8, index: usize| (u64::from(letter) << 56) + index as u64;
+    let robot = |letter: u8| {
+        lines(|i, p, [w, x, y, z]| {
+            let pose = join(&[p[0], p[1], p[2], x, y, z, w], " ");
+            format!("VERTEX_SE3:QUAT {} {pose}", keys(letter, i))
+        })
+    };
+    check(&read(&robot(b'x')));
+    let two = robot(b'a') + &robot(b'b').replace("0.800000 ", "7.800000 ");
+    refuse(&two, &["keys of 2: a, b"], Some(ReadOption::Topic));
+    let options = LoadOptions {
+        topics: vec!["a".to_owned()],
+        ..LoadOptions::default()
+    };
+    check(&read_with(&two, &options));
 
     let mut colmap = "# Image list with two lines of data per image:\n#   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n#   POINTS2D[] as (X, Y, POINT3D_ID)\n".to_owned();
     // Written in another order than that of the names, points missing in some.

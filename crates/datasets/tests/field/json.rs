@@ -287,3 +287,29 @@ fn units_in_names_are_obeyed() {
     assert_eq!(log.report.length_unit, Some(0.01));
     assert!(remarked(&log, RemarkKind::Angles).contains("as the header says"));
 }
+
+#[test]
+fn objects_of_bop_are_in_millimetres() {
+    let objects = |count: usize| {
+        let frames = truth().into_iter().enumerate().map(|(i, pose)| {
+            let m = matrix(&pose, 3);
+            let r: Vec<f64> = m
+                .iter()
+                .enumerate()
+                .filter(|(at, _)| at % 4 != 3)
+                .map(|(_, v)| *v)
+                .collect();
+            let t = [3, 7, 11].map(|at| 1000.0 * m[at]);
+            let object = format!(
+                "{{\"cam_R_m2c\": {}, \"cam_t_m2c\": {}, \"obj_id\": 5}}",
+                numbers(&r),
+                numbers(&t)
+            );
+            format!("\"{i}\": [{}]", vec![object; count].join(", "))
+        });
+        format!("{{{}}}", frames.collect::<Vec<_>>().join(",\n"))
+    };
+    let log = check_json(&objects(1));
+    assert_eq!(log.report.length_unit, Some(0.001));
+    assert!(load_bytes("log.txt", objects(2).as_bytes(), &LoadOptions::default()).is_err());
+}

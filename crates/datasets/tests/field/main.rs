@@ -5,6 +5,7 @@ mod bodies;
 mod echo;
 mod formats;
 mod json;
+mod names;
 mod npz;
 mod structured;
 mod tools;

@@ -116,3 +116,35 @@ fn what_is_implausible_is_remarked() {
     remarked(&read(&degrees), RemarkKind::ImplausibleAttitude);
     assert!(read(&tum(epoch, " ", false)).report.remarks.is_empty());
 }
+
+#[test]
+fn steps_of_windows_and_seven_numbers_in_other_orders_are_refused() {
+    // 100 ns since 1601 and since the year 1.
+    for first in [132_400_000_000_000_000_u64, 637_355_968_000_000_000] {
+        let ticks = tum(|i| (first + 1_000_000 * i as u64).to_string(), " ", false);
+        refuse(&ticks, &["steps of 100 ns"], Some(ReadOption::Rate));
+        let options = LoadOptions {
+            rate: Some(10.0),
+            ..LoadOptions::default()
+        };
+        check(&read_with(&ticks, &options));
+    }
+    let yaw = |i: usize| 0.02 * i as f64;
+    let numbers = |i: usize, six: [f64; 6]| format!("{} {}", epoch(i), join(&six, " "));
+    let [rpy, ypr, first, degrees] = [
+        lines(|i, p, _| numbers(i, [p[0], p[1], p[2], 0.0, 0.0, yaw(i)])),
+        lines(|i, p, _| numbers(i, [p[0], p[1], p[2], yaw(i), 0.0, 0.0])),
+        lines(|i, p, _| numbers(i, [0.0, 0.0, yaw(i), p[0], p[1], p[2]])),
+        lines(|i, p, _| numbers(i, [p[0], p[1], p[2], 0.0, 0.0, yaw(i).to_degrees()])),
+    ];
+    check(&read(&rpy));
+    check(&read(&degrees));
+    let option = Some(ReadOption::Columns);
+    refuse(&ypr, &["a stamp, position, yaw, pitch, roll"], option);
+    refuse(&first, &["a stamp, roll, pitch, yaw, position"], option);
+    let options = LoadOptions {
+        columns: Some("t,roll,pitch,yaw,x,y,z".parse().unwrap()),
+        ..LoadOptions::default()
+    };
+    check(&read_with(&first, &options));
+}

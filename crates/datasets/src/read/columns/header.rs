@@ -16,7 +16,7 @@ pub(crate) struct Name {
 }
 
 /// Words before a name that say nothing of what it is.
-const NOISE: [&str; 29] = [
+const NOISE: [&str; 31] = [
     "field",
     "pose",
     "poses",
@@ -40,7 +40,9 @@ const NOISE: [&str; 29] = [
     "body",
     "rs",
     "wb",
+    "wc",
     "wi",
+    "ws",
     "gw",
     "ref",
     "stamped",
@@ -79,7 +81,7 @@ impl Name {
             .trim_start_matches(['#', '%'])
             .trim()
             .trim_matches('"');
-        let lower = indices(&trimmed.to_ascii_lowercase());
+        let lower = indices(&words(trimmed));
         let (mut plain, mut unit) = match lower.find(['[', '(']) {
             Some(at) => {
                 let inner = lower[at + 1..].trim_end_matches([']', ')']).trim();
@@ -129,9 +131,20 @@ impl Name {
         })
     }
 
+    /// The unit behind it, where that is one of stamps.
+    fn stamp_unit(&self) -> Option<StampUnit> {
+        stamp_unit(self.unit.as_deref()?)
+    }
+
     /// The role that the name says, with a rank: of several columns for one role the lowest is taken.
     pub fn role(&self) -> Option<(Role, usize)> {
-        let tokens: Vec<&str> = self.tokens.iter().map(String::as_str).collect();
+        let mut tokens: Vec<&str> = self.tokens.iter().map(String::as_str).collect();
+        // `tx_world_device`: of the device in the world.
+        if let [field, "world" | "odometry" | "odom" | "map", _] = tokens[..]
+            && field.len() == 2
+        {
+            tokens.truncate(1);
+        }
         let last = *tokens.last()?;
         let rest = &tokens[..tokens.len() - 1];
         let own: Vec<&str> = rest
@@ -141,6 +154,10 @@ impl Name {
             .collect();
         if let Some(found) = time_role(&tokens, last) {
             return Some(found);
+        }
+        // `time_boot_ms`.
+        if matches!(tokens[0], "time" | "timestamp") && self.stamp_unit().is_some() {
+            return Some((Role::Stamp, 4));
         }
         if rest.iter().any(|token| OTHER.contains(token)) {
             return None;
@@ -206,9 +223,9 @@ impl Name {
             return None;
         }
         let found = match last {
-            "tx" | "px" | "posx" | "positionx" | "easting" => Role::Position(0),
-            "ty" | "py" | "posy" | "positiony" | "northing" => Role::Position(1),
-            "tz" | "pz" | "posz" | "positionz" | "altitude" | "height" | "elevation" => {
+            "tx" | "px" | "posx" | "positionx" | "easting" | "pn" => Role::Position(0),
+            "ty" | "py" | "posy" | "positiony" | "northing" | "pe" => Role::Position(1),
+            "tz" | "pz" | "posz" | "positionz" | "altitude" | "height" | "elevation" | "pd" => {
                 Role::Position(2)
             }
             "qw" | "quatw" => Role::Quaternion(0),
@@ -245,18 +262,37 @@ impl Name {
 fn time_role(tokens: &[&str], last: &str) -> Option<(Role, usize)> {
     let stamp = tokens.contains(&"stamp") || tokens.contains(&"timestamp");
     let rank = usize::from(!tokens.contains(&"header"));
+    // `time` is the stamp rather than `exposure_time`.
+    let is_other = |token: &&str| !NOISE.contains(token);
+    let others = usize::from(tokens[..tokens.len() - 1].iter().any(is_other));
     match last {
-        "stamp" | "stamps" | "timestamp" | "timestamps" => Some((Role::Stamp, rank)),
-        "time" | "times" | "gpstime" | "utime" | "unixtime" | "rosbagtimestamp" | "ts" => {
-            Some((Role::Stamp, 2))
+        "stamp" | "stamps" | "timestamp" | "timestamps" => {
+            Some((Role::Stamp, rank * (1 + 2 * others)))
         }
-        "t" if tokens.len() == 1 => Some((Role::Stamp, 2)),
+        "time" | "times" | "gpstime" | "utime" | "unixtime" | "ts" => {
+            Some((Role::Stamp, 2 + 2 * others))
+        }
+        "t" | "tow" | "sow" if tokens.len() == 1 => Some((Role::Stamp, 2)),
         "secs" | "sec" | "seconds" if stamp || tokens.len() == 1 => Some((Role::Seconds, rank)),
         "nsecs" | "nsec" | "nanosec" | "nanosecs" | "nanoseconds" if stamp || tokens.len() == 1 => {
             Some((Role::Nanoseconds, rank))
         }
         _ => None,
     }
+}
+
+/// A name in lower case, its words joined by underscores: `head_pos_x` of `HeadPosX`.
+fn words(name: &str) -> String {
+    let mut words = String::with_capacity(name.len());
+    let mut before = ' ';
+    for character in name.chars() {
+        if before.is_ascii_lowercase() && character.is_ascii_uppercase() {
+            words.push('_');
+        }
+        words.push(character.to_ascii_lowercase());
+        before = character;
+    }
+    words
 }
 
 /// The entries of arrays that PX4 writes, `position[0]` to 2 and `q[0]` to 3 with w first, by the names of their axes.
@@ -348,6 +384,11 @@ pub(crate) fn by_header(names: &[Name]) -> Vec<(Role, usize)> {
         roles.extend(unusual_quaternion(names));
         roles.extend(second_triple(names));
     }
+    // In any language: a first column in a unit of time.
+    let is_stamp = |name: &Name| name.text.contains(['[', '(']) && name.stamp_unit().is_some();
+    if !roles.iter().any(|(role, _)| role.is_time()) && names.first().is_some_and(is_stamp) {
+        roles.push((Role::Stamp, 0));
+    }
     roles
 }
 
@@ -366,18 +407,24 @@ fn second_triple(names: &[Name]) -> Vec<(Role, usize)> {
     }
 }
 
-/// Four columns that only together are a quaternion: `rx, ry, rz, rw` of Unity, `ox, oy, oz, ow` of ZED.
+/// Four columns that only together are a quaternion: `rx, ry, rz, rw` of Unity, `ox, oy, oz, ow` of ZED, `q0` to `q3` of
+/// autopilots.
 fn unusual_quaternion(names: &[Name]) -> Vec<(Role, usize)> {
-    let of = |letter: char| {
-        let column = |axis: char| {
-            let wanted = format!("{letter}{axis}");
-            let is = |name: &Name| name.tokens.last() == Some(&wanted);
-            names.iter().position(is)
-        };
-        let columns: Option<Vec<usize>> = "wxyz".chars().map(column).collect();
-        columns.map(|columns| columns.into_iter().enumerate())
+    let known = [
+        ["rw", "rx", "ry", "rz"],
+        ["ow", "ox", "oy", "oz"],
+        ["q0", "q1", "q2", "q3"],
+        ["qr", "qi", "qj", "qk"],
+    ];
+    let column = |wanted: &str| {
+        let is = |name: &Name| name.tokens.last().is_some_and(|last| last == wanted);
+        names.iter().position(is)
     };
-    let columns = ['r', 'o'].into_iter().find_map(of).into_iter().flatten();
+    let columns = known.into_iter().find_map(|four| {
+        let columns: Option<Vec<usize>> = four.into_iter().map(column).collect();
+        columns
+    });
+    let columns = columns.into_iter().flatten().enumerate();
     columns
         .map(|(part, column)| (Role::Quaternion(part), column))
         .collect()

@@ -127,6 +127,10 @@ fn gather<'a>(value: &'a Value, name: String, parts: &mut Vec<Part<'a>>) {
                 gather(value, below(&name, key), parts);
             }
         }
+        // A list of one object, as BOP has one for each object in sight.
+        Value::Array(items) if items.len() == 1 && items[0].is_object() => {
+            gather(&items[0], name, parts);
+        }
         Value::Array(_) => {
             let mut cells = Vec::new();
             if flat(value, &mut cells) && !cells.is_empty() {

@@ -38,6 +38,8 @@ pub(crate) enum Rotation {
     Matrix([usize; 9]),
     /// Columns of roll, pitch and yaw, in degrees or radians where the header says so.
     Angles([usize; 3], Option<bool>),
+    /// Columns of roll, pitch (nose up) and heading (clockwise from north, which is y), in degrees or radians.
+    Heading([usize; 3], bool),
     /// Columns of a rotation vector, radians.
     Vector([usize; 3]),
 }
@@ -48,7 +50,7 @@ impl Rotation {
         match self {
             Self::Quaternion(columns) => columns,
             Self::Matrix(columns) => columns,
-            Self::Angles(columns, _) | Self::Vector(columns) => columns,
+            Self::Angles(columns, _) | Self::Heading(columns, _) | Self::Vector(columns) => columns,
         }
     }
 }
@@ -391,7 +393,7 @@ pub(crate) fn unknown(path: &Path, place: Place, found: &str, hint: &str) -> Err
 
 fn not_understood(path: &Path, line: Line<'_>, names: &[Name], missing: &str) -> Error {
     let has = |wanted: &str| names.iter().any(|name| name.plain == wanted);
-    let hint = if has("northing") && has("easting") {
+    let hint = if has("northing") && has("easting") && !has("roll") {
         "RobotCar poses with orientation are in gps/ins.csv, gps/rtk.csv and vo/vo.csv"
     } else if names
         .iter()

@@ -123,9 +123,9 @@ impl Layout {
         let rotation: Vec<&str> = match &self.rotation {
             Rotation::Quaternion(columns) => columns.iter().map(|column| name(*column)).collect(),
             Rotation::Matrix(columns) => vec![name(columns[0]), "...", name(columns[8])],
-            Rotation::Angles(columns, _) | Rotation::Vector(columns) => {
-                columns.iter().map(|column| name(*column)).collect()
-            }
+            Rotation::Angles(columns, _)
+            | Rotation::Heading(columns, _)
+            | Rotation::Vector(columns) => columns.iter().map(|column| name(*column)).collect(),
         };
         if let Rotation::Angles(columns, _) = self.rotation
             && names

@@ -7,6 +7,8 @@ use crate::{LoadOptions, StampUnit};
 
 /// Records looked at for one with a pose.
 const SAMPLE: usize = 40;
+/// Positions of objects in the camera's frame, in the data sets of BOP, millimetres.
+const BOP: &str = "camtm2c";
 /// Deviation from 1 of the square of a quaternion's norm.
 const UNIT_NORM: f64 = 0.04;
 
@@ -167,7 +169,11 @@ impl Shape {
         } else {
             let position = scalar_columns(Role::Position, &["x", "y", "z"]).or_else(|| {
                 let part = parts.iter().find(|part| is_position(part))?;
-                Some(cells(part, 3, &["x", "y", "z"]))
+                let names = match key(part) == BOP {
+                    true => ["x [mm]", "y [mm]", "z [mm]"],
+                    false => ["x", "y", "z"],
+                };
+                Some(cells(part, 3, &names))
             })?;
             columns.extend(position);
             let known = scalar_columns(Role::Quaternion, &QUATERNION)
@@ -302,6 +308,7 @@ fn is_position(part: &Part<'_>) -> bool {
                 | "location"
                 | "xyz"
                 | "campos"
+                | BOP
         )
 }
 
@@ -373,6 +380,7 @@ fn rotation(part: &Part<'_>, w_first: bool) -> Option<(Vec<Column>, bool)> {
             "rotationmatrix",
             "matrix",
             "rotmat",
+            "camrm2c",
         ]) =>
         {
             Some((cells(part, 9, &MATRIX), true))

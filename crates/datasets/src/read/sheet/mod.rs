@@ -1,5 +1,6 @@
 //! Poses from a text file with a pose a line.
 
+mod arrangement;
 mod parts;
 mod plain;
 mod rows;
@@ -40,7 +41,7 @@ pub(crate) fn read(
     }
     let first: Vec<Line<'_>> = data_lines(&text, &layout).take(SAMPLE).collect();
     let sample = Sample::new(path, &first, &layout);
-    let clock = settle(&mut layout, &sample, options, &mut collector);
+    let clock = settle(path, &mut layout, &sample, options, &mut collector)?;
     collector.report.length_unit = (layout.metres != 1.0).then_some(layout.metres);
     let before = layout.header_line.unwrap_or(0);
     let rows = Rows::Text(text.behind(before), before);

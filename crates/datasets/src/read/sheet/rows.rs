@@ -5,7 +5,7 @@ use std::path::Path;
 use dose3_lie::{Matrix, Pose, Vector, so3};
 
 use super::plain::Numbers;
-use super::settle::Clock;
+use super::settle::{Clock, Turn, heading_rotation};
 use crate::error::Place;
 use crate::read::collect::{Collector, euler_rotation, pose};
 use crate::read::layout::{Layout, Rotation, Stamp};
@@ -84,8 +84,8 @@ pub(super) fn plain_row(
 
 /// True for numbers of a quaternion or a matrix that were never filled in.
 fn is_zero(values: &[f64; 9], rotation: &Rotation) -> bool {
-    let angles = matches!(rotation, Rotation::Angles(..) | Rotation::Vector(_));
-    !angles && values.iter().all(|value| value.abs() < ZERO)
+    let may_be_zero = !matches!(rotation, Rotation::Quaternion(_) | Rotation::Matrix(_));
+    !may_be_zero && values.iter().all(|value| value.abs() < ZERO)
 }
 
 /// The rotation of the numbers in its columns.
@@ -102,13 +102,20 @@ fn rotation(
             collector.quaternion(place, w, x, y, z)?
         }
         Rotation::Matrix(_) => collector.rotation(path, place, &Matrix::from_row_slice(values))?,
-        Rotation::Angles(_, degrees) => {
-            let factor = if *degrees == Some(true) {
+        Rotation::Angles(..) | Rotation::Heading(..) => {
+            let (turn, degrees): (Turn, bool) = match kind {
+                Rotation::Heading(_, degrees) => (heading_rotation, *degrees),
+                _ => (
+                    euler_rotation,
+                    matches!(kind, Rotation::Angles(_, Some(true))),
+                ),
+            };
+            let factor = if degrees {
                 std::f64::consts::PI / 180.0
             } else {
                 1.0
             };
-            euler_rotation(values[0] * factor, values[1] * factor, values[2] * factor)
+            turn(values[0] * factor, values[1] * factor, values[2] * factor)
         }
         Rotation::Vector(_) => so3::exp(&Vector::new(values[0], values[1], values[2])),
     })
@@ -276,7 +283,9 @@ impl Names<'_> {
         let (column, usual) = match &self.0.rotation {
             Rotation::Quaternion(columns) => (columns[part], ["qw", "qx", "qy", "qz"][part]),
             Rotation::Matrix(columns) => (columns[part], "the rotation"),
-            Rotation::Angles(columns, _) => (columns[part], ["roll", "pitch", "yaw"][part]),
+            Rotation::Angles(columns, _) | Rotation::Heading(columns, _) => {
+                (columns[part], ["roll", "pitch", "yaw"][part])
+            }
             Rotation::Vector(columns) => (columns[part], "the rotation vector"),
         };
         self.header(column).unwrap_or_else(|| usual.to_owned())

@@ -39,7 +39,7 @@ impl Sample {
         };
         let columns: &[usize] = match &layout.rotation {
             Rotation::Quaternion(columns) => columns,
-            Rotation::Angles(columns, _) => columns,
+            Rotation::Angles(columns, _) | Rotation::Heading(columns, _) => columns,
             Rotation::Matrix(_) | Rotation::Vector(_) => &[],
         };
         let mut fields = Vec::new();

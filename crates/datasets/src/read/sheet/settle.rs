@@ -1,28 +1,43 @@
 //! What a layout leaves open, settled by the numbers: the unit of stamps and of angles, the order of quaternions.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::path::Path;
+
 use dose3_lie::Rotation as LieRotation;
 
+use super::arrangement;
 use super::sample::Sample;
+use crate::error::Place;
 use crate::read::collect::{Collector, euler_rotation};
 use crate::read::guess::{self, DECIDED, Stamps};
 use crate::read::layout::{Layout, Order, Rotation, Stamp};
 use crate::read::order;
-use crate::{Format, LoadOptions, ReadOption, Remark, RemarkKind, StampUnit};
+use crate::{Error, Format, LoadOptions, ReadOption, Remark, RemarkKind, StampUnit};
 
 /// Two turns: larger angles are degrees.
 const LARGEST_RADIANS: f64 = 4.0 * std::f64::consts::PI;
 
 /// Settles what the layout leaves open, from the numbers.
+///
+/// # Errors
+/// Numbers that say that they are something else.
 pub(crate) fn settle(
+    path: &Path,
     layout: &mut Layout,
     sample: &Sample,
     options: &LoadOptions,
     collector: &mut Collector<'_>,
-) -> Clock {
-    let clock = stamp_unit(layout, sample, options, collector);
-    decide_rotation(layout, sample, collector);
+) -> Result<Clock, Error> {
+    let Some(clock) = stamp_unit(layout, sample, options, collector) else {
+        let found =
+            "numbers of the size of dates in steps of 100 ns, as Windows and .NET count them";
+        let hint = "multiply them by 100 and take off the nanoseconds up to 1970, or say the rate";
+        let fault = Error::input(path, Place::File, "stamps since 1970", found, hint);
+        return Err(fault.option(ReadOption::Rate));
+    };
+    decide_rotation(path, layout, sample, collector)?;
     collector.report.remarks.append(&mut layout.remarks);
-    clock
+    Ok(clock)
 }
 
 /// What a stamp is in this file.
@@ -35,18 +50,19 @@ pub(crate) enum Clock {
     Rows,
 }
 
+/// What the stamps are; `None` where they are of a kind that is not read.
 fn stamp_unit(
     layout: &mut Layout,
     sample: &Sample,
     options: &LoadOptions,
     collector: &mut Collector<'_>,
-) -> Clock {
+) -> Option<Clock> {
     let Stamp::Column(column, told) = layout.stamp else {
-        return match layout.stamp {
+        return Some(match layout.stamp {
             Stamp::Index(_) => Clock::Index,
             Stamp::Pair(..) if options.rate.is_none() => Clock::Unit(StampUnit::Nanoseconds),
             _ => Clock::Rows,
-        };
+        });
     };
     let habit = match layout.format {
         Format::Euroc => StampUnit::Nanoseconds,
@@ -54,21 +70,21 @@ fn stamp_unit(
     };
     let found = guess::stamps(&sample.stamps, sample.whole);
     if options.rate.is_some() {
-        return if found == Stamps::Index {
+        return Some(if found == Stamps::Index {
             layout.stamp = Stamp::Index(column);
             Clock::Index
         } else {
             Clock::Rows
-        };
+        });
     }
     if sample.dates {
         let text = "stamps are dates; those without a time zone are taken as UTC";
         let remark = Remark::new(RemarkKind::StampUnit, text);
         collector.report.remarks.push(remark);
-        return Clock::Unit(StampUnit::Seconds);
+        return Some(Clock::Unit(StampUnit::Seconds));
     }
     if let Some(unit) = options.stamp_unit {
-        return Clock::Unit(unit);
+        return Some(Clock::Unit(unit));
     }
     let mut remark = |kind, text: String, option| {
         collector
@@ -84,9 +100,10 @@ fn stamp_unit(
                 ReadOption::StampUnit,
             );
         }
-        return Clock::Unit(unit);
+        return Some(Clock::Unit(unit));
     }
-    match found {
+    let unit = match found {
+        Stamps::Ticks => return None,
         // The header of EuRoC stands for nanoseconds, and clocks that count from the start of a machine are no dates.
         Stamps::Unit(unit, _)
             if layout.format == Format::Euroc
@@ -101,7 +118,7 @@ fn stamp_unit(
                 ),
                 ReadOption::StampUnit,
             );
-            Clock::Unit(habit)
+            habit
         }
         Stamps::Unit(unit, reason) => {
             if unit != habit {
@@ -111,7 +128,7 @@ fn stamp_unit(
                     ReadOption::StampUnit,
                 );
             }
-            Clock::Unit(unit)
+            unit
         }
         Stamps::Index => {
             let text = "the stamps look like an index (0, 1, 2, ...): taken as seconds, which makes 1 Hz; say the rate";
@@ -120,7 +137,7 @@ fn stamp_unit(
                 text.to_owned(),
                 ReadOption::Rate,
             );
-            Clock::Unit(StampUnit::Seconds)
+            StampUnit::Seconds
         }
         Stamps::Seconds => {
             if habit != StampUnit::Seconds {
@@ -131,13 +148,19 @@ fn stamp_unit(
                     ReadOption::StampUnit,
                 );
             }
-            Clock::Unit(StampUnit::Seconds)
+            StampUnit::Seconds
         }
-    }
+    };
+    Some(Clock::Unit(unit))
 }
 
 /// Lets the data decide what the file leaves open about its rotations.
-fn decide_rotation(layout: &mut Layout, sample: &Sample, collector: &mut Collector<'_>) {
+fn decide_rotation(
+    path: &Path,
+    layout: &mut Layout,
+    sample: &Sample,
+    collector: &mut Collector<'_>,
+) -> Result<(), Error> {
     match layout.rotation {
         Rotation::Quaternion(columns) if layout.order != Order::Given => {
             let (columns, remark) =
@@ -145,23 +168,68 @@ fn decide_rotation(layout: &mut Layout, sample: &Sample, collector: &mut Collect
             layout.rotation = Rotation::Quaternion(columns);
             collector.report.remarks.extend(remark);
         }
-        Rotation::Angles(columns, degrees) => {
-            let (degrees, remark) = angle_unit(sample, degrees);
+        Rotation::Angles(columns, told) => {
+            if layout.order == Order::Habit
+                && let Some(found) = arrangement::other(sample)
+            {
+                let wanted = "seven numbers: a stamp, position, roll, pitch, yaw";
+                let found = format!("numbers that make an even motion only as a stamp, {found}");
+                let hint = "say which columns hold the pose";
+                let fault = Error::input(path, Place::File, wanted, found, hint);
+                return Err(fault.option(ReadOption::Columns));
+            }
+            let (degrees, remark) = angle_unit(sample, told, euler_rotation);
             layout.rotation = Rotation::Angles(columns, Some(degrees));
             collector.report.remarks.push(remark);
+            let name = layout.names.get(columns[2]);
+            if let Some(name) = name.filter(|name| !name.to_ascii_lowercase().contains("yaw")) {
+                let (clockwise, _) = angle_unit(sample, told, heading_rotation);
+                let ratio = guess::preference(
+                    &sample.positions,
+                    &turned(sample, degrees, euler_rotation),
+                    &turned(sample, clockwise, heading_rotation),
+                );
+                if ratio * DECIDED < 1.0 {
+                    let words = format!(
+                        "the column `{name}` is taken as clockwise from north, positions as east, north, up (so the body moves {:.0} times more evenly along its own axes)",
+                        1.0 / ratio
+                    );
+                    let unit = if clockwise { "degrees" } else { "radians" };
+                    let angles = format!("roll, pitch and heading are taken as {unit}");
+                    let remarks = &mut layout.remarks;
+                    remarks.retain(|remark| remark.kind != RemarkKind::Angles);
+                    layout.rotation = Rotation::Heading(columns, clockwise);
+                    collector.report.remarks.pop();
+                    for words in [angles, words] {
+                        let remark = Remark::new(RemarkKind::Angles, words);
+                        remarks.push(remark.option(ReadOption::Columns));
+                    }
+                }
+            }
         }
         _ => {}
     }
+    Ok(())
+}
+
+/// The rotation of a body with its nose up by `pitch` that heads `heading` clockwise from north, where x is east: radians.
+pub(super) fn heading_rotation(roll: f64, pitch: f64, heading: f64) -> LieRotation {
+    euler_rotation(roll, -pitch, FRAC_PI_2 - heading)
+}
+
+/// Makes a rotation of three angles in radians.
+pub(super) type Turn = fn(f64, f64, f64) -> LieRotation;
+
+fn turned(sample: &Sample, degrees: bool, turn: Turn) -> Vec<LieRotation> {
+    let factor = if degrees { PI / 180.0 } else { 1.0 };
+    let angles = sample.rotations.iter();
+    angles
+        .map(|[r, p, y, _]| turn(r * factor, p * factor, y * factor))
+        .collect()
 }
 
 /// Whether angles are degrees, and the remark that says why.
-fn angle_unit(sample: &Sample, told: Option<bool>) -> (bool, Remark) {
-    let rotations = |factor: f64| -> Vec<LieRotation> {
-        let angles = sample.rotations.iter();
-        angles
-            .map(|[r, p, y, _]| euler_rotation(r * factor, p * factor, y * factor))
-            .collect()
-    };
+fn angle_unit(sample: &Sample, told: Option<bool>, turn: Turn) -> (bool, Remark) {
     let largest = sample
         .rotations
         .iter()
@@ -171,8 +239,8 @@ fn angle_unit(sample: &Sample, told: Option<bool>) -> (bool, Remark) {
         Some(degrees) => (degrees, "as the header says".to_owned()),
         None if largest > LARGEST_RADIANS => (true, format!("they reach {largest:.1}")),
         None => {
-            let degrees = rotations(std::f64::consts::PI / 180.0);
-            let ratio = guess::preference(&sample.positions, &rotations(1.0), &degrees);
+            let [radians, degrees] = [false, true].map(|degrees| turned(sample, degrees, turn));
+            let ratio = guess::preference(&sample.positions, &radians, &degrees);
             if ratio * DECIDED < 1.0 {
                 (
                     true,

@@ -1,0 +1,119 @@
+//! Names of columns as tools and people write them.
+
+use super::*;
+
+fn w_last(p: [f64; 3], [w, x, y, z]: [f64; 4]) -> String {
+    join(&[p[0], p[1], p[2], x, y, z, w], ",")
+}
+
+fn w_first(p: [f64; 3], q: [f64; 4]) -> String {
+    join(&[&p[..], &q].concat(), ",")
+}
+
+fn yaw(i: usize) -> f64 {
+    0.02 * i as f64
+}
+
+#[test]
+fn words_may_be_joined_by_capitals() {
+    let table = lines(|i, p, q| format!("{i},{:.4},{}", 0.1 * i as f64, w_last(p, q)));
+    let head = "Frame,Time,HeadPosX,HeadPosY,HeadPosZ,HeadRotX,HeadRotY,HeadRotZ,HeadRotW";
+    check(&read(&format!("{head}\n{table}")));
+    let head = "frameId,timeStamp,posX,posY,posZ,quatX,quatY,quatZ,quatW";
+    check(&read(&format!("{head}\n{table}")));
+    // ArduPilot: microseconds; north, east, down.
+    let table = lines(|i, p, _| {
+        let us = 123_456_789 + 100_000 * i;
+        format!(
+            "{us},0,0.00,0.00,{:.6},0,0,0,{}",
+            yaw(i).to_degrees(),
+            join(&p, ",")
+        )
+    });
+    let log = read(&format!(
+        "TimeUS,C,Roll,Pitch,Yaw,VN,VE,VD,PN,PE,PD\n{table}"
+    ));
+    check(&log);
+    assert_eq!(log.rate.source, RateSource::Stamps);
+}
+
+#[test]
+fn the_stamp_is_the_plainest_of_names() {
+    let table = lines(|i, p, q| {
+        format!(
+            "{:.4},{},{}",
+            0.01 + 0.001 * i as f64,
+            epoch(i),
+            w_first(p, q)
+        )
+    });
+    for (other, own) in [
+        ("exposure_time", "time"),
+        ("deltaTime", "time"),
+        ("recv_timestamp", "timestamp"),
+        ("rosbagTimestamp", "header.stamp"),
+        ("sensor_time", "t"),
+    ] {
+        check(&read(&format!("{other},{own},x,y,z,qw,qx,qy,qz\n{table}")));
+    }
+    let table = lines(|i, p, q| format!("{},{}", 100 * i, w_first(p, q)));
+    for own in ["time_boot_ms", "sensor_time_ms", "Zeit [ms]", "Temps (ms)"] {
+        let log = read(&format!("{own},x,y,z,qw,qx,qy,qz\n{table}"));
+        check(&log);
+        assert!(
+            remarked(&log, RemarkKind::StampUnit).contains("as the header says"),
+            "{own}"
+        );
+    }
+    let table = lines(|i, p, q| format!("2123,{:.1},{}", 44_800.0 + 0.1 * i as f64, w_first(p, q)));
+    check(&read(&format!("week,tow,x,y,z,qw,qx,qy,qz\n{table}")));
+}
+
+#[test]
+fn fields_of_more_tools() {
+    let ns = |i: usize| 1_600_000_000_000_000_000 + 100_000_000 * i as u64;
+    let table = lines(|i, p, q| format!("{},{}", ns(i), w_last(p, q)));
+    // OKVIS, Project Aria.
+    for head in [
+        "timestamp, p_WS_W_x, p_WS_W_y, p_WS_W_z, q_WS_x, q_WS_y, q_WS_z, q_WS_w",
+        "tracking_timestamp_ns,tx_world_device,ty_world_device,tz_world_device,qx_world_device,qy_world_device,qz_world_device,qw_world_device",
+    ] {
+        check(&read(&format!("{head}\n{table}")));
+    }
+    // The world in the device is no pose of the device.
+    let head = "timestamp,tx_device_world,ty_device_world,tz_device_world,qx_device_world,qy_device_world,qz_device_world,qw_device_world";
+    refuse(
+        &format!("{head}\n{table}"),
+        &["position x, y, z"],
+        Some(ReadOption::Columns),
+    );
+    let table = lines(|i, p, q| format!("{},{}", epoch(i), w_first(p, q)));
+    for four in ["q0,q1,q2,q3", "qr,qi,qj,qk"] {
+        check(&read(&format!("time,x,y,z,{four}\n{table}")));
+    }
+}
+
+#[test]
+fn a_heading_is_clockwise_from_north_where_the_motion_says_so() {
+    for (unit, factor) in [
+        ("", 180.0 / std::f64::consts::PI),
+        ("", 1.0),
+        (" [deg]", 180.0 / std::f64::consts::PI),
+    ] {
+        let table = lines(|i, p, _| {
+            let heading = (std::f64::consts::FRAC_PI_2 - yaw(i)) * factor;
+            format!("{},{},0.0,0.0,{heading:.9}", epoch(i), join(&p, ","))
+        });
+        let head = format!("time,easting,northing,altitude,roll,pitch,heading{unit}");
+        let log = read(&format!("{head}\n{table}"));
+        check(&log);
+        let said: Vec<_> = log
+            .report
+            .remarks
+            .iter()
+            .filter(|remark| remark.kind == RemarkKind::Angles)
+            .collect();
+        assert_eq!(said.len(), 2, "{said:?}");
+        assert!(said[1].text.contains("is taken as clockwise from north"));
+    }
+}
