@@ -331,7 +331,7 @@ pub(crate) struct Signature {
 
 /// Recognises files that are surely no text, to name them instead of complaining about bytes.
 pub(crate) fn signature(bytes: &[u8]) -> Option<Signature> {
-    let known: [(&[u8], &str, &str); 11] = [
+    let known: [(&[u8], &str, &str); 12] = [
         (
             b"\x93NUMPY",
             "a numpy array",
@@ -365,6 +365,11 @@ pub(crate) fn signature(bytes: &[u8]) -> Option<Signature> {
         ),
         (b"PAR1", "a parquet table", "save the table as csv"),
         (b"\x89HDF", "an HDF5 file", "save the poses as csv or npy"),
+        (
+            b"# kapture format",
+            "a table of kapture, whose poses take the world to the sensor",
+            "invert them and save them as TUM",
+        ),
         (
             b"# .PCD",
             "a point cloud (PCD)",

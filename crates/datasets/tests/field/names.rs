@@ -107,6 +107,17 @@ fn a_heading_is_clockwise_from_north_where_the_motion_says_so() {
         let head = format!("time,easting,northing,altitude,roll,pitch,heading{unit}");
         let log = read(&format!("{head}\n{table}"));
         check(&log);
+        let json: Vec<String> = table
+            .lines()
+            .map(|row| {
+                let [t, x, y, z, roll, pitch, heading] = row.split(',').collect::<Vec<_>>()[..] else {
+                    panic!("{row}")
+                };
+                let name = format!("heading{}", unit.replace(" [deg]", "_deg"));
+                format!("{{\"t\": {t}, \"x\": {x}, \"y\": {y}, \"z\": {z}, \"roll\": {roll}, \"pitch\": {pitch}, \"{name}\": {heading}}}\n")
+            })
+            .collect();
+        check(&read(&json.concat()));
         let said: Vec<_> = log
             .report
             .remarks
@@ -116,4 +127,29 @@ fn a_heading_is_clockwise_from_north_where_the_motion_says_so() {
         assert_eq!(said.len(), 2, "{said:?}");
         assert!(said[1].text.contains("is taken as clockwise from north"));
     }
+}
+
+#[test]
+fn names_that_do_not_tell_are_refused() {
+    let table = lines(|i, p, q| format!("{},{},{}", epoch(i), w_first(p, q), w_first(p, q)));
+    let fields = "x,y,z,qw,qx,qy,qz";
+    refuse(
+        &format!("t,{fields},{fields}\n{table}"),
+        &["log.txt:1", "each of its names twice"],
+        Some(ReadOption::Columns),
+    );
+    let table = lines(|i, p, _| format!("{},{},0,0,{:.6}", epoch(i), join(&p, ","), yaw(i)));
+    check(&read(&format!("t,x,y,z,phi,theta,psi\n{table}")));
+    refuse(
+        &format!("t,x,y,z,roll [rad],pitch [rad],yaw [deg]\n{table}"),
+        &["log.txt:1", "angles in several units"],
+        Some(ReadOption::Columns),
+    );
+    let table = lines(|i, p, q| format!("{}, cam0, {}", i * 50_000, w_first(p, q)));
+    let head = "# kapture format: 1.1\n# timestamp, device_id, qw, qx, qy, qz, tx, ty, tz\n";
+    refuse(
+        &format!("{head}{table}"),
+        &["take the world to the sensor", "invert"],
+        Some(ReadOption::Format),
+    );
 }

@@ -232,9 +232,9 @@ impl Name {
             "qx" | "quatx" => Role::Quaternion(1),
             "qy" | "quaty" => Role::Quaternion(2),
             "qz" | "quatz" => Role::Quaternion(3),
-            "roll" => Role::Angle(0),
-            "pitch" => Role::Angle(1),
-            "yaw" => Role::Angle(2),
+            "roll" | "phi" => Role::Angle(0),
+            "pitch" | "theta" => Role::Angle(1),
+            "yaw" | "psi" => Role::Angle(2),
             "heading" | "azimuth" => return Some((Role::Angle(2), 1)),
             _ => {
                 let digits = last
@@ -272,7 +272,7 @@ fn time_role(tokens: &[&str], last: &str) -> Option<(Role, usize)> {
         "time" | "times" | "gpstime" | "utime" | "unixtime" | "ts" => {
             Some((Role::Stamp, 2 + 2 * others))
         }
-        "t" | "tow" | "sow" if tokens.len() == 1 => Some((Role::Stamp, 2)),
+        "t" | "tow" | "sow" | "elapsed" if tokens.len() == 1 => Some((Role::Stamp, 2)),
         "secs" | "sec" | "seconds" if stamp || tokens.len() == 1 => Some((Role::Seconds, rank)),
         "nsecs" | "nsec" | "nanosec" | "nanosecs" | "nanoseconds" if stamp || tokens.len() == 1 => {
             Some((Role::Nanoseconds, rank))

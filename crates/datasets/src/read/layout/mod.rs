@@ -297,6 +297,13 @@ impl Layout {
                 None => (by_header(names), false),
             };
             return match Self::from_roles(&roles, names, separator, width) {
+                Ok(layout) if layout.is_of_names_that_come_twice(names) => {
+                    let wanted = "the columns of one pose";
+                    let hint = "say by their numbers which columns are meant";
+                    let found = "each of its names twice";
+                    let fault = Error::input(path, line.place(), wanted, found, hint);
+                    Err(fault.option(ReadOption::Columns))
+                }
                 Ok(mut layout) => {
                     layout.shared = shared;
                     layout.header_line = last_head;
@@ -332,6 +339,16 @@ impl Layout {
             }
         }
         Self::by_numbers(path, &head, separator)
+    }
+
+    /// Whether every name of a column of the pose is that of another one too.
+    fn is_of_names_that_come_twice(&self, names: &[Name]) -> bool {
+        let twice = |column: usize| {
+            let own = &names[column].text;
+            names.iter().filter(|name| name.text == *own).count() > 1
+        };
+        let mut columns = self.position.iter().chain(self.rotation.columns());
+        columns.all(|column| twice(*column))
     }
 
     /// Whether a row has nothing in any column of the pose.

@@ -44,7 +44,8 @@ impl Layout {
         } else if let Some(columns) = matrix {
             Rotation::Matrix(std::array::from_fn(|index| columns[index]))
         } else if let Some(columns) = angles {
-            let degrees = unit(columns[2]).and_then(|unit| {
+            let degrees = |column: &usize| {
+                let unit = unit(*column)?;
                 if unit.starts_with("deg") || unit == "\u{b0}" {
                     Some(true)
                 } else if unit.starts_with("rad") {
@@ -52,8 +53,13 @@ impl Layout {
                 } else {
                     None
                 }
-            });
-            Rotation::Angles([columns[0], columns[1], columns[2]], degrees)
+            };
+            let mut told: Vec<bool> = columns.iter().filter_map(degrees).collect();
+            told.dedup();
+            if told.len() > 1 {
+                return Err("angles in several units".to_owned());
+            }
+            Rotation::Angles([columns[0], columns[1], columns[2]], told.pop())
         } else if let Some(columns) = vector {
             Rotation::Vector([columns[0], columns[1], columns[2]])
         } else {

@@ -134,10 +134,14 @@ impl Shape {
         let scalar_columns = |make: fn(usize) -> Role, headers: &[&str]| {
             let columns = headers.iter().enumerate().map(|(index, header)| {
                 let (name, unit) = scalar(make(index))?;
+                let header = match *header {
+                    "yaw" if names_heading(&name) => "heading",
+                    header => header,
+                };
                 Some(Column {
                     header: match unit {
                         Some(unit) => format!("{header} [{unit}]"),
-                        None => (*header).to_owned(),
+                        None => header.to_owned(),
                     },
                     name,
                     cell: 0,
@@ -234,6 +238,12 @@ const VECTOR: [&str; 3] = ["rotvec_x", "rotvec_y", "rotvec_z"];
 const MATRIX: [&str; 9] = [
     "r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33",
 ];
+
+/// Whether a name of the third angle is that of a heading.
+fn names_heading(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    name.contains("heading") || name.contains("azimuth")
+}
 
 /// What stands above the last of the names of a part.
 fn above<'p>(part: &'p Part<'_>) -> &'p str {
