@@ -118,6 +118,13 @@ fn a_heading_is_clockwise_from_north_where_the_motion_says_so() {
             })
             .collect();
         check(&read(&json.concat()));
+        // Who says that it is a yaw is obeyed.
+        let options = LoadOptions {
+            columns: Some("t=1,x=2,y=3,z=4,roll=5,pitch=6,yaw=7".parse().unwrap()),
+            ..LoadOptions::default()
+        };
+        let turned = read_with(&format!("{head}\n{table}"), &options).poses[0].rotation;
+        assert!((so3::log(&turned).norm() - std::f64::consts::FRAC_PI_2).abs() < 1e-3);
         let said: Vec<_> = log
             .report
             .remarks

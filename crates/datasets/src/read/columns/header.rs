@@ -329,6 +329,12 @@ fn tool_pose(tokens: &[&str]) -> Option<(Role, usize)> {
     }
 }
 
+/// Whether a name of the third angle is that of a heading, which may be clockwise.
+pub(crate) fn is_heading(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    name.contains("heading") || name.contains("azimuth")
+}
+
 /// Metres in the unit that a header writes behind a coordinate.
 pub(crate) fn length_unit(unit: &str) -> Option<f64> {
     match unit.trim() {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-pub(crate) use header::{Name, by_header, length_unit, stamp_unit};
+pub(crate) use header::{Name, by_header, is_heading, length_unit, stamp_unit};
 
 /// What one column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -1,7 +1,7 @@
 //! Where records hold stamp, position and rotation.
 
 use super::{Cell, List, Part};
-use crate::read::columns::{Name, Role, by_header, stamp_unit};
+use crate::read::columns::{Name, Role, by_header, is_heading, stamp_unit};
 use crate::read::layout::choose;
 use crate::{LoadOptions, StampUnit};
 
@@ -135,7 +135,7 @@ impl Shape {
             let columns = headers.iter().enumerate().map(|(index, header)| {
                 let (name, unit) = scalar(make(index))?;
                 let header = match *header {
-                    "yaw" if names_heading(&name) => "heading",
+                    "yaw" if is_heading(&name) => "heading",
                     header => header,
                 };
                 Some(Column {
@@ -238,12 +238,6 @@ const VECTOR: [&str; 3] = ["rotvec_x", "rotvec_y", "rotvec_z"];
 const MATRIX: [&str; 9] = [
     "r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33",
 ];
-
-/// Whether a name of the third angle is that of a heading.
-fn names_heading(name: &str) -> bool {
-    let name = name.to_ascii_lowercase();
-    name.contains("heading") || name.contains("azimuth")
-}
 
 /// What stands above the last of the names of a part.
 fn above<'p>(part: &'p Part<'_>) -> &'p str {

@@ -9,6 +9,7 @@ use super::arrangement;
 use super::sample::Sample;
 use crate::error::Place;
 use crate::read::collect::{Collector, euler_rotation};
+use crate::read::columns::is_heading;
 use crate::read::guess::{self, DECIDED, Stamps};
 use crate::read::layout::{Layout, Order, Rotation, Stamp};
 use crate::read::order;
@@ -181,8 +182,9 @@ fn decide_rotation(
             let (degrees, remark) = angle_unit(sample, told, euler_rotation);
             layout.rotation = Rotation::Angles(columns, Some(degrees));
             collector.report.remarks.push(remark);
-            let name = layout.names.get(columns[2]);
-            if let Some(name) = name.filter(|name| !name.to_ascii_lowercase().contains("yaw")) {
+            // Who names the column for yaw has said what it is.
+            let name = layout.names.get(columns[2]).filter(|name| is_heading(name));
+            if let Some(name) = name.filter(|_| layout.order != Order::Given) {
                 let (clockwise, _) = angle_unit(sample, told, heading_rotation);
                 let ratio = guess::preference(
                     &sample.positions,
