@@ -3,8 +3,8 @@
 use super::logs;
 use dose3_datasets::write;
 
-fn array(kind: &str, shape: &str, content: &[u8]) -> Vec<u8> {
-    let mut header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
+fn array(descr: &str, shape: &str, content: &[u8]) -> Vec<u8> {
+    let mut header = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}");
     while (header.len() + 11) % 64 != 0 {
         header.push(' ');
     }
@@ -19,7 +19,7 @@ fn array(kind: &str, shape: &str, content: &[u8]) -> Vec<u8> {
     .concat()
 }
 
-/// Arrays of matrices and of positions with quaternions.
+/// Arrays of matrices, of positions with quaternions, and of the same as records.
 pub fn npy() -> Vec<Vec<u8>> {
     let log = &logs()[0];
     let count = log.len();
@@ -49,8 +49,13 @@ pub fn npy() -> Vec<Vec<u8>> {
         .flat_map(|value| (value as f32).to_le_bytes())
         .collect();
     vec![
-        array("<f8", &format!("({count}, 4, 4)"), &matrices),
-        array("<f4", &format!("({count}, 8)"), &rows),
+        array("'<f8'", &format!("({count}, 4, 4)"), &matrices),
+        array("'<f4'", &format!("({count}, 8)"), &rows),
+        array(
+            "[('t', '<f4'), ('position', '<f4', (3,)), ('q', [('x', '<f4'), ('y', '<f4'), ('z', '<f4'), ('w', '<f4')])]",
+            &format!("({count},)"),
+            &rows,
+        ),
     ]
 }
 
@@ -96,7 +101,7 @@ pub fn arrays() -> Vec<Vec<u8>> {
     let n = log.len();
     let floats = |shape: &str, values: Vec<f64>| {
         let bytes: Vec<u8> = values.into_iter().flat_map(f64::to_le_bytes).collect();
-        array("<f8", &format!("({n}{shape})"), &bytes)
+        array("'<f8'", &format!("({n}{shape})"), &bytes)
     };
     let stamps: Vec<u8> = log
         .stamps
@@ -115,14 +120,14 @@ pub fn arrays() -> Vec<Vec<u8>> {
         [
             &b"\0\x01"[..],
             &npy()[0],
-            &array("<i8", &format!("({n},)"), &stamps),
+            &array("'<i8'", &format!("({n},)"), &stamps),
         ]
         .concat(),
         [
             &b"\x02\x03\x01"[..],
             &floats(", 3", positions.collect()),
             &floats(", 4", quaternions.collect()),
-            &array("<M8[ns]", &format!("({n},)"), &stamps),
+            &array("'<M8[ns]'", &format!("({n},)"), &stamps),
         ]
         .concat(),
     ]

@@ -114,12 +114,19 @@ pub fn csv() -> Vec<Vec<u8>> {
 
 /// Messages as ROS prints them.
 pub fn echo() -> Vec<Vec<u8>> {
-    vec![lines("", |i, [x, y, z, a, b, c, w]| {
+    let poses = lines("", |i, [x, y, z, a, b, c, w]| {
         format!(
             "header:\n  stamp:\n    sec: 7\n    nanosec: {}\npose:\n  position:\n    x: {x}\n    y: {y}\n    z: {z}\n  orientation:\n    x: {a}\n    y: {b}\n    z: {c}\n    w: {w}\n  covariance:\n  - 0.0\n---",
             10_000_000 * i
         )
-    })]
+    });
+    let transforms = lines("", |i, [x, y, z, a, b, c, w]| {
+        let child = ["base", "camera"][i % 2];
+        format!(
+            "transforms:\n- header:\n    stamp:\n      sec: {i}\n      nanosec: 0\n    frame_id: odom\n  child_frame_id: {child}\n  transform:\n    translation:\n      x: {x}\n      y: {y}\n      z: {z}\n    rotation:\n      x: {a}\n      y: {b}\n      z: {c}\n      w: {w}\n---"
+        )
+    });
+    vec![poses, transforms]
 }
 
 /// JSON of many shapes: a list of objects, an object a line, lists side by side, matrices under numbers.

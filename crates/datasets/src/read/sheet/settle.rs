@@ -180,38 +180,58 @@ fn decide_rotation(
                 return Err(fault.option(ReadOption::Columns));
             }
             let (degrees, remark) = angle_unit(sample, told, euler_rotation);
-            layout.rotation = Rotation::Angles(columns, Some(degrees));
-            collector.report.remarks.push(remark);
-            // Who names the column for yaw has said what it is.
-            let name = layout.names.get(columns[2]).filter(|name| is_heading(name));
-            if let Some(name) = name.filter(|_| layout.order != Order::Given) {
-                let (clockwise, _) = angle_unit(sample, told, heading_rotation);
-                let ratio = guess::preference(
-                    &sample.positions,
-                    &turned(sample, degrees, euler_rotation),
-                    &turned(sample, clockwise, heading_rotation),
-                );
-                if ratio * DECIDED < 1.0 {
-                    let words = format!(
-                        "the column `{name}` is taken as clockwise from north, positions as east, north, up (so the body moves {:.0} times more evenly along its own axes)",
-                        1.0 / ratio
-                    );
-                    let unit = if clockwise { "degrees" } else { "radians" };
-                    let angles = format!("roll, pitch and heading are taken as {unit}");
-                    let remarks = &mut layout.remarks;
-                    remarks.retain(|remark| remark.kind != RemarkKind::Angles);
-                    layout.rotation = Rotation::Heading(columns, clockwise);
-                    collector.report.remarks.pop();
-                    for words in [angles, words] {
-                        let remark = Remark::new(RemarkKind::Angles, words);
-                        remarks.push(remark.option(ReadOption::Columns));
-                    }
+            match clockwise(layout, columns, (told, degrees), sample) {
+                Some((degrees, remarks)) => {
+                    layout.rotation = Rotation::Heading(columns, degrees);
+                    layout
+                        .remarks
+                        .retain(|remark| remark.kind != RemarkKind::Angles);
+                    layout.remarks.extend(remarks);
+                }
+                None => {
+                    layout.rotation = Rotation::Angles(columns, Some(degrees));
+                    collector.report.remarks.push(remark);
                 }
             }
         }
         _ => {}
     }
     Ok(())
+}
+
+/// Where the third angle is called a heading and the body moves far more evenly if it is clockwise from north: whether
+/// the angles are then degrees, and the remarks. `degrees`: as said, and as found for a yaw.
+fn clockwise(
+    layout: &Layout,
+    columns: [usize; 3],
+    (told, degrees): (Option<bool>, bool),
+    sample: &Sample,
+) -> Option<(bool, [Remark; 2])> {
+    let name = layout
+        .names
+        .get(columns[2])
+        .filter(|name| is_heading(name))?;
+    if layout.order == Order::Given {
+        // Who names the column for yaw has said what it is.
+        return None;
+    }
+    let yaw = turned(sample, degrees, euler_rotation);
+    let (degrees, _) = angle_unit(sample, told, heading_rotation);
+    let heading = turned(sample, degrees, heading_rotation);
+    let ratio = guess::preference(&sample.positions, &yaw, &heading);
+    if ratio * DECIDED >= 1.0 {
+        return None;
+    }
+    let unit = if degrees { "degrees" } else { "radians" };
+    let words = [
+        format!("roll, pitch and heading are taken as {unit}"),
+        format!(
+            "the column `{name}` is taken as clockwise from north, positions as east, north, up (so the body moves {:.0} times more evenly along its own axes)",
+            1.0 / ratio
+        ),
+    ];
+    let remark = |words| Remark::new(RemarkKind::Angles, words).option(ReadOption::Columns);
+    Some((degrees, words.map(remark)))
 }
 
 /// The rotation of a body with its nose up by `pitch` that heads `heading` clockwise from north, where x is east: radians.
