@@ -10,7 +10,7 @@ use super::sheet::{self, Sample};
 use super::table::shorten;
 use super::text::{Line, Text};
 use crate::error::Place;
-use crate::{Error, Format, LoadOptions, ReadOption, Remark, RemarkKind, Trajectory};
+use crate::{Error, Format, LoadOptions, ReadOption, Remark, RemarkKind, StampUnit, Trajectory};
 
 /// The rows of one log.
 struct Part<'a> {
@@ -162,7 +162,7 @@ fn sort(lines: &mut Vec<Line<'_>>, layout: &Layout) -> Option<usize> {
     let columns = match layout.stamp {
         Stamp::None => return None,
         Stamp::Column(column, _) | Stamp::Index(column) => (column, None),
-        Stamp::Pair(seconds, nanoseconds) => (seconds, Some(nanoseconds)),
+        Stamp::Pair(seconds, part, unit) => (seconds, Some((part, unit))),
     };
     let mut fields = Vec::new();
     // A row without a stamp stays behind the row before it.
@@ -171,8 +171,11 @@ fn sort(lines: &mut Vec<Line<'_>>, layout: &Layout) -> Option<usize> {
     for line in lines.iter() {
         layout.separator.split(line.text, &mut fields);
         let number = |column: usize| fields.get(column).and_then(|field| key(field));
-        let nanoseconds = columns.1.and_then(number).unwrap_or(0) / NANO;
-        before = number(columns.0).map_or(before, |key| key + nanoseconds);
+        let part = |(column, unit): (usize, StampUnit)| {
+            Some(number(column)? * 10_i128.pow(unit.shift().unsigned_abs()) / NANO)
+        };
+        let part = columns.1.and_then(part).unwrap_or(0);
+        before = number(columns.0).map_or(before, |key| key + part);
         keyed.push((before, *line));
     }
     let back = keyed.windows(2).find(|pair| pair[1].0 < pair[0].0)?[1]

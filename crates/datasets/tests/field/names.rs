@@ -160,3 +160,40 @@ fn names_that_do_not_tell_are_refused() {
         Some(ReadOption::Format),
     );
 }
+
+#[test]
+fn whole_seconds_stand_beside_what_is_more() {
+    for (names, rate, unit) in [
+        ("sec,usec", 1, 1_000),
+        ("sec,usec", 10, 1_000),
+        ("tv_sec,tv_usec", 10, 1_000),
+        ("field.header.stamp.secs,field.header.stamp.nsecs", 10, 1),
+        ("seconds,milliseconds", 10, 1_000_000),
+    ] {
+        let step = 1_000_000_000 / rate;
+        let at = |i: usize| 1_600_000_000_700_000_000 + step * i as i64;
+        let stamp = |i| (at(i) / 1_000_000_000, at(i) % 1_000_000_000 / unit);
+        let table = lines(|i, p, q| {
+            let (whole, part) = stamp(i);
+            format!("{whole},{part},{}", w_first(p, q))
+        });
+        let log = read(&format!("{names},x,y,z,qw,qx,qy,qz\n{table}"));
+        assert_eq!((log.stamps[0], log.stamps[1]), (at(0), at(1)), "{names}");
+        assert_eq!(log.len(), POSES);
+        let (a, b) = names.split_once(',').unwrap();
+        let records = lines(|i, p, q| {
+            let ((whole, part), [w, x, y, z]) = (stamp(i), q);
+            format!(
+                r#"{{"{a}": {whole}, "{b}": {part}, "position": {p:?}, "rotation_xyzw": {:?}}}"#,
+                [x, y, z, w]
+            )
+        });
+        let log = read(&records);
+        assert_eq!((log.stamps[0], log.stamps[1]), (at(0), at(1)), "{names}");
+    }
+    // Alone it is the stamp.
+    let table = lines(|i, p, q| format!("{},{}", 123_456_789 + 100_000 * i, w_first(p, q)));
+    let log = read(&format!("usec,x,y,z,qw,qx,qy,qz\n{table}"));
+    assert_eq!(log.stamps[1] - log.stamps[0], 100_000_000);
+    check(&log);
+}

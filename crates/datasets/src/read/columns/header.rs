@@ -273,9 +273,16 @@ fn time_role(tokens: &[&str], last: &str) -> Option<(Role, usize)> {
             Some((Role::Stamp, 2 + 2 * others))
         }
         "t" | "tow" | "sow" | "elapsed" if tokens.len() == 1 => Some((Role::Stamp, 2)),
-        "secs" | "sec" | "seconds" if stamp || tokens.len() == 1 => Some((Role::Seconds, rank)),
-        "nsecs" | "nsec" | "nanosec" | "nanosecs" | "nanoseconds" if stamp || tokens.len() == 1 => {
-            Some((Role::Nanoseconds, rank))
+        _ if !(stamp || tokens.len() == 1 || tokens[0] == "tv") => None,
+        "secs" | "sec" | "seconds" => Some((Role::Seconds, rank)),
+        "nsecs" | "nsec" | "nanosec" | "nanosecs" | "nanoseconds" => {
+            Some((Role::Part(StampUnit::Nanoseconds), rank))
+        }
+        "usecs" | "usec" | "microsec" | "microsecs" | "microseconds" => {
+            Some((Role::Part(StampUnit::Microseconds), rank))
+        }
+        "msecs" | "msec" | "millisec" | "millisecs" | "milliseconds" => {
+            Some((Role::Part(StampUnit::Milliseconds), rank))
         }
         _ => None,
     }
@@ -523,7 +530,7 @@ pub(super) mod tests {
         );
         assert_eq!(
             roles("sec,nsec,x")[..2],
-            [(Role::Seconds, 0), (Role::Nanoseconds, 1)]
+            [(Role::Seconds, 0), (Role::Part(StampUnit::Nanoseconds), 1)]
         );
         let unit = Name::new("stamp_us").unit;
         assert_eq!(

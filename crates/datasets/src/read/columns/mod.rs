@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
+use crate::{Error, StampUnit};
 
 pub(crate) use header::{Name, by_header, is_heading, length_unit, stamp_unit};
 
@@ -14,8 +14,10 @@ pub(crate) use header::{Name, by_header, is_heading, length_unit, stamp_unit};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Role {
     Stamp,
+    /// Whole seconds.
     Seconds,
-    Nanoseconds,
+    /// What is more than those, in this unit.
+    Part(StampUnit),
     /// Axis 0 to 2.
     Position(usize),
     /// w, x, y, z as 0 to 3.
@@ -30,7 +32,7 @@ pub(crate) enum Role {
 
 impl Role {
     pub fn is_time(self) -> bool {
-        matches!(self, Self::Stamp | Self::Seconds | Self::Nanoseconds)
+        matches!(self, Self::Stamp | Self::Seconds | Self::Part(_))
     }
 }
 
@@ -38,7 +40,7 @@ impl Role {
 ///
 /// One of `t,x,y,z,qw,qx,qy,qz` as roles in the order of the file's columns (`-` skips one); as many column numbers
 /// (from 1) or names in that order of roles (seven without the stamp); or pairs like `t=stamp,x=3,yaw=heading`.
-/// Roles: `t`, `sec`, `nsec`, `x`, `y`, `z`, `qw`, `qx`, `qy`, `qz`, `roll`, `pitch`, `yaw`, and `rx`, `ry`, `rz`, a rotation
+/// Roles: `t`, `sec` with `nsec`, `usec` or `msec`, `x`, `y`, `z`, `qw`, `qx`, `qy`, `qz`, `roll`, `pitch`, `yaw`, and `rx`, `ry`, `rz`, a rotation
 /// vector in radians.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Columns {
@@ -46,7 +48,7 @@ pub struct Columns {
     written: String,
 }
 
-const ROLES: [(&str, Role); 16] = [
+const ROLES: [(&str, Role); 18] = [
     ("t", Role::Stamp),
     ("x", Role::Position(0)),
     ("y", Role::Position(1)),
@@ -56,7 +58,9 @@ const ROLES: [(&str, Role); 16] = [
     ("qy", Role::Quaternion(2)),
     ("qz", Role::Quaternion(3)),
     ("sec", Role::Seconds),
-    ("nsec", Role::Nanoseconds),
+    ("nsec", Role::Part(StampUnit::Nanoseconds)),
+    ("usec", Role::Part(StampUnit::Microseconds)),
+    ("msec", Role::Part(StampUnit::Milliseconds)),
     ("roll", Role::Angle(0)),
     ("pitch", Role::Angle(1)),
     ("yaw", Role::Angle(2)),

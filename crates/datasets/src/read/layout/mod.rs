@@ -23,8 +23,8 @@ pub(crate) enum Stamp {
     None,
     /// In one column, in this unit where the header says it.
     Column(usize, Option<StampUnit>),
-    /// Seconds and nanoseconds in two columns.
-    Pair(usize, usize),
+    /// Whole seconds in one column, what is more in another, in this unit.
+    Pair(usize, usize, StampUnit),
     /// Frame numbers.
     Index(usize),
 }

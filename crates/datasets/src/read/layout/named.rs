@@ -68,23 +68,22 @@ impl Layout {
                     .to_owned(),
             );
         };
-        let stamp = match (
-            find(Role::Stamp),
-            find(Role::Seconds),
-            find(Role::Nanoseconds),
-        ) {
+        let part = |unit| Some((find(Role::Part(unit))?, unit));
+        let part = StampUnit::ALL.into_iter().rev().find_map(part);
+        let stamp = match (find(Role::Stamp), find(Role::Seconds), part) {
             (Some(column), None, _) | (Some(column), _, None) => {
                 Stamp::Column(column, unit(column).and_then(stamp_unit))
             }
-            (_, Some(seconds), Some(nanoseconds)) => Stamp::Pair(seconds, nanoseconds),
+            (_, Some(seconds), Some((part, unit))) => Stamp::Pair(seconds, part, unit),
             (None, Some(seconds), None) => Stamp::Column(seconds, Some(StampUnit::Seconds)),
-            (None, None, _) => Stamp::None,
+            (None, None, Some((part, unit))) => Stamp::Column(part, Some(unit)),
+            (None, None, None) => Stamp::None,
         };
         let mut used: Vec<usize> = position.clone();
         used.extend(rotation.columns());
         match stamp {
             Stamp::Column(column, _) | Stamp::Index(column) => used.push(column),
-            Stamp::Pair(a, b) => used.extend([a, b]),
+            Stamp::Pair(a, b, _) => used.extend([a, b]),
             Stamp::None => {}
         }
         let columns = used.iter().max().map_or(0, |column| column + 1);
@@ -164,7 +163,7 @@ impl Layout {
             Stamp::Column(column, _) | Stamp::Index(column) => {
                 format!("stamp from `{}`", name(column))
             }
-            Stamp::Pair(a, b) => format!("stamp from `{}` and `{}`", name(a), name(b)),
+            Stamp::Pair(a, b, _) => format!("stamp from `{}` and `{}`", name(a), name(b)),
         };
         let position: Vec<&str> = self.position.iter().map(|column| name(*column)).collect();
         let text = format!(

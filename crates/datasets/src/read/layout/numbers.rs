@@ -56,7 +56,7 @@ impl Layout {
                 .option(ReadOption::Columns));
         }
         if let Some(start) = sample.echo() {
-            layout.stamp = Stamp::Pair(0, 1);
+            layout.stamp = Stamp::Pair(0, 1, StampUnit::Nanoseconds);
             layout.set_quaternion(start, true);
             layout.columns = start + 7;
             layout.more = true;
@@ -358,7 +358,11 @@ impl Sample {
         // Nanoseconds are seldom small, and begin anew each second.
         let large = self.rows.iter().any(|row| row[1] >= 1e6);
         if self.rows.iter().all(|row| parts(row)) && large && !self.is_index() {
-            return Some((Stamp::Pair(0, 1), 2, "seconds and nanoseconds"));
+            return Some((
+                Stamp::Pair(0, 1, StampUnit::Nanoseconds),
+                2,
+                "seconds and nanoseconds",
+            ));
         }
         self.is_index()
             .then_some((Stamp::Column(1, None), 2, "a number, a stamp"))

@@ -226,9 +226,11 @@ impl Shape {
                 let part = parts.iter().find(|part| part.name == name)?;
                 part.cells.get(cell).copied()
             };
-            if let Some([seconds, nanoseconds]) = &self.pair {
+            if let Some(([seconds, part], unit)) = &self.pair {
                 let whole = |name| cell(name, 0)?.whole();
-                match (whole(seconds), whole(nanoseconds)) {
+                let scale = 10_i64.pow(unit.shift().unsigned_abs());
+                let nanoseconds = |part: i64| part.checked_mul(scale);
+                match (whole(seconds), whole(part).and_then(nanoseconds)) {
                     (Some(seconds), Some(part @ 0..1_000_000_000)) => {
                         // Writing to a String cannot fail.
                         let _ = write!(text, "{seconds}.{part:09}");

@@ -28,8 +28,8 @@ pub(super) struct Column {
 pub(super) struct Shape {
     /// Stamp first, where there is one that is no pair.
     pub columns: Vec<Column>,
-    /// Names of seconds and nanoseconds.
-    pub pair: Option<[String; 2]>,
+    /// Names of whole seconds and of what is more, in this unit.
+    pub pair: Option<([String; 2], StampUnit)>,
     /// The numbers under which the records stand are stamps.
     pub keys: bool,
     header: bool,
@@ -149,10 +149,11 @@ impl Shape {
             });
             columns.collect::<Option<Vec<Column>>>()
         };
-        let pair = match (scalar(Role::Seconds), scalar(Role::Nanoseconds)) {
-            (Some((seconds, _)), Some((nanoseconds, _))) => Some([seconds, nanoseconds]),
-            _ => None,
-        };
+        let pair = scalar(Role::Seconds).and_then(|(seconds, _)| {
+            let part = |unit| Some((scalar(Role::Part(unit))?.0, unit));
+            let (part, unit) = StampUnit::ALL.into_iter().rev().find_map(part)?;
+            Some(([seconds, part], unit))
+        });
         let stamp = scalar(Role::Stamp)
             .or_else(|| scalar(Role::Seconds))
             .filter(|_| pair.is_none());
@@ -203,7 +204,7 @@ impl Shape {
         taken.dedup();
         let stamp_name = match (&stamp, &pair) {
             (Some((name, _)), _) => format!("stamps from `{name}`"),
-            (None, Some([a, b])) => format!("stamps from `{a}` and `{b}`"),
+            (None, Some(([a, b], _))) => format!("stamps from `{a}` and `{b}`"),
             (None, None) if keys => "stamps from the numbers of the records".to_owned(),
             (None, None) => "no stamps".to_owned(),
         };

@@ -48,9 +48,9 @@ pub(super) fn plain_row(
         (Clock::Index, Stamp::Index(column) | Stamp::Column(column, _)) => {
             Time::Index(numbers.get(column)?.max(0.0) as usize)
         }
-        (Clock::Unit(_), Stamp::Pair(seconds, part)) => {
+        (Clock::Unit(_), Stamp::Pair(seconds, part, unit)) => {
             let whole = numbers.stamp(seconds, StampUnit::Seconds.shift())?;
-            Time::At(whole.saturating_add(numbers.stamp(part, StampUnit::Nanoseconds.shift())?))
+            Time::At(whole.saturating_add(numbers.stamp(part, unit.shift())?))
         }
         (Clock::Unit(unit), Stamp::Column(column, _) | Stamp::Index(column)) => {
             Time::At(numbers.stamp(column, unit.shift())?)
@@ -137,9 +137,9 @@ pub(super) fn parse_row(
         (Clock::Index, Stamp::Index(column) | Stamp::Column(column, _)) => {
             Time::Index(row.number(column, "the frame number")?.max(0.0) as usize)
         }
-        (Clock::Unit(_), Stamp::Pair(seconds, part)) => {
+        (Clock::Unit(_), Stamp::Pair(seconds, part, unit)) => {
             let whole = row.stamp(seconds, StampUnit::Seconds)?;
-            Time::At(whole.saturating_add(row.stamp(part, StampUnit::Nanoseconds)?))
+            Time::At(whole.saturating_add(row.stamp(part, unit)?))
         }
         (Clock::Unit(unit), Stamp::Column(column, _) | Stamp::Index(column)) => {
             match row.stamp(column, unit) {
