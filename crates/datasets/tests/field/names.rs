@@ -197,3 +197,65 @@ fn whole_seconds_stand_beside_what_is_more() {
     assert_eq!(log.stamps[1] - log.stamps[0], 100_000_000);
     check(&log);
 }
+
+#[test]
+fn bodies_in_the_plane_have_x_y_and_yaw() {
+    let flat = |i: usize| (0.2 * i as f64, 0.01 * (i * i) as f64, 0.03 * i as f64);
+    let table = |scale: f64| {
+        lines(|i, _, _| {
+            let (x, y, yaw) = flat(i);
+            format!("{},{x:.6},{y:.6},{:.6}", epoch(i), yaw * scale)
+        })
+    };
+    let check = |log: &Trajectory| {
+        assert_eq!(log.len(), POSES);
+        for (i, pose) in log.poses.iter().enumerate() {
+            let (x, y, yaw) = flat(i);
+            assert!((pose.translation - dose3_lie::Vector::new(x, y, 0.0)).norm() < 1e-5);
+            let expected = dose3_lie::Rotation::from_euler_angles(0.0, 0.0, yaw);
+            assert!((pose.rotation.inverse() * expected).angle() < 1e-5, "{i}");
+        }
+        let remarks = &log.report.remarks;
+        assert!(
+            remarks
+                .iter()
+                .any(|remark| remark.text.contains("in the plane"))
+        );
+    };
+    check(&read(&format!("t,x,y,theta [rad]\n{}", table(1.0))));
+    check(&read(&format!(
+        "time,pos_x,pos_y,yaw_deg\n{}",
+        table(1_f64.to_degrees())
+    )));
+    check(&read(&format!(
+        "stamp,x,y,psi\n{}",
+        table(1_f64.to_degrees())
+    )));
+    let by_number = LoadOptions {
+        columns: Some("t=1,x=2,y=3,yaw=4".parse().unwrap()),
+        ..LoadOptions::default()
+    };
+    check(&read_with(&table(1.0), &by_number));
+    // Clockwise from north: told by the motion of a body that drives along its first axis.
+    let circle = lines(|i, _, _| {
+        let yaw = 0.1 * i as f64;
+        let heading = (90.0 - yaw.to_degrees()).rem_euclid(360.0);
+        format!(
+            "{},{:.6},{:.6},{heading:.4}",
+            epoch(i),
+            9.0 * yaw.sin(),
+            -9.0 * yaw.cos()
+        )
+    });
+    let log = read(&format!("time,easting,northing,heading\n{circle}"));
+    assert!((log.poses[0].rotation.matrix()[(0, 0)] - 1.0).abs() < 1e-6);
+    assert!((log.poses[3].rotation.euler_angles().2 - 0.3).abs() < 1e-6);
+    // Neither one angle of another name nor a table without any is a pose.
+    for names in ["t,x,y,pitch", "t,x,y,speed"] {
+        refuse(
+            &format!("{names}\n{}", table(1.0)),
+            &["no columns for the position x, y, z"],
+            Some(ReadOption::Columns),
+        );
+    }
+}

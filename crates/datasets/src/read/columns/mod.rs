@@ -41,7 +41,7 @@ impl Role {
 /// One of `t,x,y,z,qw,qx,qy,qz` as roles in the order of the file's columns (`-` skips one); as many column numbers
 /// (from 1) or names in that order of roles (seven without the stamp); or pairs like `t=stamp,x=3,yaw=heading`.
 /// Roles: `t`, `sec` with `nsec`, `usec` or `msec`, `x`, `y`, `z`, `qw`, `qx`, `qy`, `qz`, `roll`, `pitch`, `yaw`, and `rx`, `ry`, `rz`, a rotation
-/// vector in radians.
+/// vector in radians. `x`, `y` and `yaw` alone are a body in the plane.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Columns {
     entries: Vec<(String, String)>,

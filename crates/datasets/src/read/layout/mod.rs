@@ -40,6 +40,8 @@ pub(crate) enum Rotation {
     Angles([usize; 3], Option<bool>),
     /// Columns of roll, pitch (nose up) and heading (clockwise from north, which is y), in degrees or radians.
     Heading([usize; 3], bool),
+    /// The column of the yaw of a body in the plane, in degrees or radians, and whether it is clockwise from y.
+    Yaw([usize; 1], Option<bool>, bool),
     /// Columns of a rotation vector, radians.
     Vector([usize; 3]),
 }
@@ -51,6 +53,7 @@ impl Rotation {
             Self::Quaternion(columns) => columns,
             Self::Matrix(columns) => columns,
             Self::Angles(columns, _) | Self::Heading(columns, _) | Self::Vector(columns) => columns,
+            Self::Yaw(column, ..) => column,
         }
     }
 }
@@ -76,6 +79,7 @@ pub(crate) struct Layout {
     /// Whether it may have more.
     pub more: bool,
     pub stamp: Stamp,
+    /// Columns of x, y and z; in the plane there is no z, and its column is that of y.
     pub position: [usize; 3],
     pub rotation: Rotation,
     pub order: Order,
@@ -341,19 +345,27 @@ impl Layout {
         Self::by_numbers(path, &head, separator)
     }
 
+    /// Columns of the axes of the position that there are.
+    pub fn axes(&self) -> &[usize] {
+        match self.rotation {
+            Rotation::Yaw(..) => &self.position[..2],
+            _ => &self.position,
+        }
+    }
+
     /// Whether every name of a column of the pose is that of another one too.
     fn is_of_names_that_come_twice(&self, names: &[Name]) -> bool {
         let twice = |column: usize| {
             let own = &names[column].text;
             names.iter().filter(|name| name.text == *own).count() > 1
         };
-        let mut columns = self.position.iter().chain(self.rotation.columns());
+        let mut columns = self.axes().iter().chain(self.rotation.columns());
         columns.all(|column| twice(*column))
     }
 
     /// Whether a row has nothing in any column of the pose.
     pub fn has_no_pose(&self, row: &Row<'_, '_>) -> bool {
-        let mut columns = self.position.iter().chain(self.rotation.columns());
+        let mut columns = self.axes().iter().chain(self.rotation.columns());
         columns.all(|column| {
             row.fields()
                 .get(*column)

@@ -25,8 +25,12 @@ impl Layout {
                 .collect::<Option<Vec<usize>>>()
         };
         let unit = |column: usize| names.get(column).and_then(|name| name.unit.as_deref());
-        let Some(position) = all(Role::Position, 3) else {
-            return Err("no columns for the position x, y, z".to_owned());
+        let planar = find(Role::Position(2)).is_none();
+        let yaw = yaw_alone(roles, names).filter(|_| planar);
+        let position = match (all(Role::Position, 3), all(Role::Position, 2)) {
+            (Some(position), _) => position,
+            (None, Some(position)) if yaw.is_some() => position,
+            _ => return Err("no columns for the position x, y, z".to_owned()),
         };
         let metres = |column: &usize| unit(*column).and_then(length_unit).unwrap_or(1.0);
         let lengths: Vec<f64> = position.iter().map(metres).collect();
@@ -39,21 +43,23 @@ impl Layout {
             all(Role::Angle, 3),
             all(Role::Vector, 3),
         );
-        let rotation = if let Some(columns) = quaternion {
+        let degrees = |column: &usize| {
+            let unit = unit(*column)?;
+            if unit.starts_with("deg") || unit == "\u{b0}" {
+                Some(true)
+            } else if unit.starts_with("rad") {
+                Some(false)
+            } else {
+                None
+            }
+        };
+        let rotation = if let Some(yaw) = yaw {
+            Rotation::Yaw([yaw], degrees(&yaw), false)
+        } else if let Some(columns) = quaternion {
             Rotation::Quaternion([columns[0], columns[1], columns[2], columns[3]])
         } else if let Some(columns) = matrix {
             Rotation::Matrix(std::array::from_fn(|index| columns[index]))
         } else if let Some(columns) = angles {
-            let degrees = |column: &usize| {
-                let unit = unit(*column)?;
-                if unit.starts_with("deg") || unit == "\u{b0}" {
-                    Some(true)
-                } else if unit.starts_with("rad") {
-                    Some(false)
-                } else {
-                    None
-                }
-            };
             let mut told: Vec<bool> = columns.iter().filter_map(degrees).collect();
             told.dedup();
             if told.len() > 1 {
@@ -110,7 +116,11 @@ impl Layout {
             columns,
             more: true,
             stamp,
-            position: [position[0], position[1], position[2]],
+            position: [
+                position[0],
+                position[1],
+                *position.get(2).unwrap_or(&position[1]),
+            ],
             rotation,
             order: Order::Header,
             metres: lengths[0],
@@ -118,7 +128,7 @@ impl Layout {
             last_row: None,
             names: names.iter().map(|name| name.text.clone()).collect(),
             header_line: None,
-            remarks: Vec::new(),
+            remarks: yaw.map(|_| plane()).into_iter().collect(),
         })
     }
 
@@ -131,6 +141,7 @@ impl Layout {
             Rotation::Angles(columns, _)
             | Rotation::Heading(columns, _)
             | Rotation::Vector(columns) => columns.iter().map(|column| name(*column)).collect(),
+            Rotation::Yaw([column], ..) => vec![name(*column)],
         };
         if let Rotation::Angles(columns, _) = self.rotation
             && names
@@ -165,7 +176,7 @@ impl Layout {
             }
             Stamp::Pair(a, b, _) => format!("stamp from `{}` and `{}`", name(a), name(b)),
         };
-        let position: Vec<&str> = self.position.iter().map(|column| name(*column)).collect();
+        let position: Vec<&str> = self.axes().iter().map(|column| name(*column)).collect();
         let text = format!(
             "columns by the header: {stamp}, position from `{}`, rotation from `{}`",
             position.join(" "),
@@ -174,4 +185,24 @@ impl Layout {
         self.remarks
             .push(Remark::new(RemarkKind::Columns, text).option(ReadOption::Columns));
     }
+}
+
+fn plane() -> Remark {
+    let text = "a body in the plane: z, roll and pitch are zero";
+    Remark::new(RemarkKind::Columns, text).option(ReadOption::Columns)
+}
+
+/// The column of the yaw where it is the only angle and no other rotation is there; `theta` and `phi` are one then.
+fn yaw_alone(roles: &[(Role, usize)], names: &[Name]) -> Option<usize> {
+    let mut rotations = roles
+        .iter()
+        .filter(|(role, _)| !role.is_time() && !matches!(role, Role::Position(_)));
+    let (Some((Role::Angle(axis), column)), None) = (rotations.next(), rotations.next()) else {
+        return None;
+    };
+    let named = |words: &[&str]| {
+        let name = names.get(*column).map(|name| name.plain.as_str());
+        name.is_some_and(|name| words.iter().any(|word| name.ends_with(word)))
+    };
+    (*axis == 2 || named(&["theta", "phi"])).then_some(*column)
 }

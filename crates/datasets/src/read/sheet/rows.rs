@@ -57,8 +57,8 @@ pub(super) fn plain_row(
         }
     };
     let mut translation = [0.0; 3];
-    for (column, value) in layout.position.into_iter().zip(&mut translation) {
-        *value = numbers.get(column)? * layout.metres;
+    for (column, value) in layout.axes().iter().zip(&mut translation) {
+        *value = numbers.get(*column)? * layout.metres;
         if value.abs() > LARGEST_COORDINATE {
             return None;
         }
@@ -102,23 +102,32 @@ fn rotation(
             collector.quaternion(place, w, x, y, z)?
         }
         Rotation::Matrix(_) => collector.rotation(path, place, &Matrix::from_row_slice(values))?,
-        Rotation::Angles(..) | Rotation::Heading(..) => {
-            let (turn, degrees): (Turn, bool) = match kind {
-                Rotation::Heading(_, degrees) => (heading_rotation, *degrees),
-                _ => (
-                    euler_rotation,
-                    matches!(kind, Rotation::Angles(_, Some(true))),
-                ),
-            };
-            let factor = if degrees {
-                std::f64::consts::PI / 180.0
+        Rotation::Angles(_, degrees) => {
+            turned(euler_rotation, [values[0], values[1], values[2]], *degrees)
+        }
+        Rotation::Heading(_, degrees) => {
+            let angles = [values[0], values[1], values[2]];
+            turned(heading_rotation, angles, Some(*degrees))
+        }
+        Rotation::Yaw(_, degrees, clockwise) => {
+            let turn: Turn = if *clockwise {
+                heading_rotation
             } else {
-                1.0
+                euler_rotation
             };
-            turn(values[0] * factor, values[1] * factor, values[2] * factor)
+            turned(turn, [0.0, 0.0, values[0]], *degrees)
         }
         Rotation::Vector(_) => so3::exp(&Vector::new(values[0], values[1], values[2])),
     })
+}
+
+fn turned(turn: Turn, angles: [f64; 3], degrees: Option<bool>) -> dose3_lie::Rotation {
+    let factor = match degrees {
+        Some(true) => std::f64::consts::PI / 180.0,
+        _ => 1.0,
+    };
+    let [roll, pitch, yaw] = angles.map(|angle| angle * factor);
+    turn(roll, pitch, yaw)
 }
 
 /// When a row was, and its pose, or how the row says that there is none.
@@ -192,14 +201,13 @@ fn read_pose(
         }
     }
     let mut translation = [0.0; 3];
-    for (axis, value) in translation.iter_mut().enumerate() {
-        let column = layout.position[axis];
-        match number(row, column) {
+    for (axis, (column, value)) in layout.axes().iter().zip(&mut translation).enumerate() {
+        match number(row, *column) {
             Some(found) => {
                 *value = found * layout.metres;
                 check_coordinate(path, row.place(), *value)?;
             }
-            None => match no_value(row, column, &names.position(axis)) {
+            None => match no_value(row, *column, &names.position(axis)) {
                 Some(fault) => return Err(fault),
                 None => lost = true,
             },
@@ -209,7 +217,7 @@ fn read_pose(
         return Ok(Err(LostKind::Nan));
     }
     if lost {
-        let column = columns.iter().chain(&layout.position).copied();
+        let column = columns.iter().chain(layout.axes()).copied();
         for column in column {
             row.number(column, "the pose")?;
         }
@@ -286,6 +294,7 @@ impl Names<'_> {
             Rotation::Angles(columns, _) | Rotation::Heading(columns, _) => {
                 (columns[part], ["roll", "pitch", "yaw"][part])
             }
+            Rotation::Yaw(column, ..) => (column[part], "yaw"),
             Rotation::Vector(columns) => (columns[part], "the rotation vector"),
         };
         self.header(column).unwrap_or_else(|| usual.to_owned())

@@ -40,6 +40,7 @@ impl Sample {
         let columns: &[usize] = match &layout.rotation {
             Rotation::Quaternion(columns) => columns,
             Rotation::Angles(columns, _) | Rotation::Heading(columns, _) => columns,
+            Rotation::Yaw(column, ..) => column,
             Rotation::Matrix(_) | Rotation::Vector(_) => &[],
         };
         let mut fields = Vec::new();
@@ -56,9 +57,16 @@ impl Sample {
                     sample.dates |= field.is_some_and(|field| dates::nanoseconds(field).is_some());
                 }
             }
-            let [Some(x), Some(y), Some(z)] = layout.position.map(number) else {
+            let mut place = Vector::zeros();
+            let axes = layout.axes().iter().zip(place.iter_mut());
+            let complete = axes.fold(true, |complete, (column, value)| {
+                let found = number(*column);
+                *value = found.unwrap_or(0.0);
+                complete && found.is_some()
+            });
+            if !complete {
                 continue;
-            };
+            }
             let mut values = [0.0; 4];
             let all =
                 columns
@@ -71,8 +79,11 @@ impl Sample {
                         }
                         None => false,
                     });
-            if all && (columns.len() == 3 || values.iter().any(|value| *value != 0.0)) {
-                sample.positions.push(Vector::new(x, y, z));
+            if all && (columns.len() != 4 || values.iter().any(|value| *value != 0.0)) {
+                if columns.len() == 1 {
+                    values.swap(0, 2); // roll and pitch are zero
+                }
+                sample.positions.push(place);
                 sample.rotations.push(values);
             }
         }

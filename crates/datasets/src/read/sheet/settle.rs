@@ -179,38 +179,54 @@ fn decide_rotation(
                 let fault = Error::input(path, Place::File, wanted, found, hint);
                 return Err(fault.option(ReadOption::Columns));
             }
-            let (degrees, remark) = angle_unit(sample, told, euler_rotation);
-            match clockwise(layout, columns, (told, degrees), sample) {
-                Some((degrees, remarks)) => {
-                    layout.rotation = Rotation::Heading(columns, degrees);
-                    layout
-                        .remarks
-                        .retain(|remark| remark.kind != RemarkKind::Angles);
-                    layout.remarks.extend(remarks);
-                }
-                None => {
-                    layout.rotation = Rotation::Angles(columns, Some(degrees));
-                    collector.report.remarks.push(remark);
-                }
-            }
+            let (degrees, clockwise) = decide_angles(layout, columns[2], told, sample, collector);
+            layout.rotation = match clockwise {
+                true => Rotation::Heading(columns, degrees),
+                false => Rotation::Angles(columns, Some(degrees)),
+            };
+        }
+        Rotation::Yaw(column, told, _) => {
+            let (degrees, clockwise) = decide_angles(layout, column[0], told, sample, collector);
+            layout.rotation = Rotation::Yaw(column, Some(degrees), clockwise);
         }
         _ => {}
     }
     Ok(())
 }
 
+/// Whether angles are degrees, and whether the third of them, in this column, is clockwise from north; says so.
+fn decide_angles(
+    layout: &mut Layout,
+    column: usize,
+    told: Option<bool>,
+    sample: &Sample,
+    collector: &mut Collector<'_>,
+) -> (bool, bool) {
+    let (degrees, remark) = angle_unit(sample, told, euler_rotation);
+    match clockwise(layout, column, (told, degrees), sample) {
+        Some((degrees, remarks)) => {
+            layout
+                .remarks
+                .retain(|remark| remark.kind != RemarkKind::Angles);
+            layout.remarks.extend(remarks);
+            (degrees, true)
+        }
+        None => {
+            collector.report.remarks.push(remark);
+            (degrees, false)
+        }
+    }
+}
+
 /// Where the third angle is called a heading and the body moves far more evenly if it is clockwise from north: whether
 /// the angles are then degrees, and the remarks. `degrees`: as said, and as found for a yaw.
 fn clockwise(
     layout: &Layout,
-    columns: [usize; 3],
+    column: usize,
     (told, degrees): (Option<bool>, bool),
     sample: &Sample,
 ) -> Option<(bool, [Remark; 2])> {
-    let name = layout
-        .names
-        .get(columns[2])
-        .filter(|name| is_heading(name))?;
+    let name = layout.names.get(column).filter(|name| is_heading(name))?;
     if layout.order == Order::Given {
         // Who names the column for yaw has said what it is.
         return None;
@@ -224,7 +240,7 @@ fn clockwise(
     }
     let unit = if degrees { "degrees" } else { "radians" };
     let words = [
-        format!("roll, pitch and heading are taken as {unit}"),
+        format!("the angles are taken as {unit}"),
         format!(
             "the column `{name}` is taken as clockwise from north, positions as east, north, up (so the body moves {:.0} times more evenly along its own axes)",
             1.0 / ratio
@@ -284,8 +300,7 @@ fn angle_unit(sample: &Sample, told: Option<bool>, turn: Turn) -> (bool, Remark)
         }
     };
     let unit = if degrees { "degrees" } else { "radians" };
-    let text =
-        format!("roll, pitch and yaw are taken as {unit} ({why}), as Rz(yaw) Ry(pitch) Rx(roll)");
+    let text = format!("the angles are taken as {unit} ({why}), as Rz(yaw) Ry(pitch) Rx(roll)");
     (
         degrees,
         Remark::new(RemarkKind::Angles, text).option(ReadOption::Columns),
