@@ -126,6 +126,14 @@ fn refuse(text: &str, words: &[&str], option: Option<ReadOption>) {
     assert_eq!(error.read_option(), option, "{error}");
 }
 
+#[track_caller]
+fn refuse_bytes(name: &str, bytes: &[u8], words: &[&str]) {
+    let error = load_bytes(name, bytes, &LoadOptions::default()).unwrap_err();
+    for word in words {
+        assert!(error.to_string().contains(word), "no `{word}` in {error}");
+    }
+}
+
 /// All poses of the truth, and the stamps 0.1 s apart.
 #[track_caller]
 fn check(log: &Trajectory) {
