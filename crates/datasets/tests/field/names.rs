@@ -251,7 +251,12 @@ fn bodies_in_the_plane_have_x_y_and_yaw() {
     assert!((log.poses[0].rotation.matrix()[(0, 0)] - 1.0).abs() < 1e-6);
     assert!((log.poses[3].rotation.euler_angles().2 - 0.3).abs() < 1e-6);
     // Neither one angle of another name nor a table without any is a pose.
-    for names in ["t,x,y,pitch", "t,x,y,speed"] {
+    for names in [
+        "t,x,y,pitch",
+        "t,x,y,speed",
+        "t,x,y,yaw,alt",
+        "t,x,y,yaw,gps_alt",
+    ] {
         refuse(
             &format!("{names}\n{}", table(1.0)),
             &["no columns for the position x, y, z"],

@@ -140,7 +140,7 @@ impl<N: FlatNetwork> DeviceNetwork<N> {
     }
 }
 
-#[cfg(all(test, feature = "burn"))]
+#[cfg(test)]
 mod tests {
     use super::*;
     use burn::tensor::TensorData;

@@ -187,6 +187,9 @@ impl Layout {
     }
 }
 
+/// Names of what may be a height or a depth.
+const HEIGHTS: [&str; 8] = ["z", "alt", "hgt", "elev", "depth", "up", "down", "h"];
+
 fn plane() -> Remark {
     let text = "a body in the plane: z, roll and pitch are zero";
     Remark::new(RemarkKind::Columns, text).option(ReadOption::Columns)
@@ -200,6 +203,14 @@ fn yaw_alone(roles: &[(Role, usize)], names: &[Name]) -> Option<usize> {
     let (Some((Role::Angle(axis), column)), None) = (rotations.next(), rotations.next()) else {
         return None;
     };
+    // A height under a name that is not known would be lost.
+    let is_height = |name: &Name| {
+        let last = name.plain.rsplit('_').next();
+        last.is_some_and(|last| HEIGHTS.contains(&last))
+    };
+    if names.iter().any(is_height) {
+        return None;
+    }
     let named = |words: &[&str]| {
         let name = names.get(*column).map(|name| name.plain.as_str());
         name.is_some_and(|name| words.iter().any(|word| name.ends_with(word)))
